@@ -3,7 +3,7 @@
 Use:
 
     def rows(index: Ints) -> Floats: ...
-    which, place = counted(np.array([2, 0, 3]))    # [0, 0, 2, 2, 2], [0, 1, 0, 1, 2]
+    which, place = repeat_with_index(np.array([2, 0, 3]))    # [0, 0, 2, 2, 2], [0, 1, 0, 1, 2]
     first, of = distinct(np.array([7, 3, 7]), np.array([1.0, 2.0, 1.0]))     # [1, 0], [1, 0, 1]
 """
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Ints = NDArray[np.int64]
 
 
-def counted(counts: Ints) -> tuple[Ints, Ints]:
+def repeat_with_index(counts: Ints) -> tuple[Ints, Ints]:
     """Every i as often as counts[i] says, and beside it 0, 1, 2, .. within each."""
     which = np.repeat(np.arange(len(counts)), counts)
     return which, np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)

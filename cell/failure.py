@@ -25,9 +25,9 @@ from .failure_facts import ON_TRAVEL as ON_TRAVEL
 from .failure_facts import BeadOrder as BeadOrder
 from .failure_facts import CollisionPlace as CollisionPlace
 from .failure_facts import Contact as Contact
+from .failure_facts import FailurePlace as FailurePlace
 from .failure_facts import LaidLayer as LaidLayer
 from .failure_facts import OverhangArea as OverhangArea
-from .failure_facts import Place as Place
 from .failure_facts import SearchEffort as SearchEffort
 from .failure_facts import SlowdownCause as SlowdownCause
 from .failure_facts import Where as Where
@@ -141,7 +141,7 @@ class Failure:
     roll_deg: float | None = None
     between: RollBetween | None = None
     because: Failure | None = None
-    place: Place = AT_TARGET
+    place: FailurePlace = AT_TARGET
     effort: SearchEffort | None = None
     locked_by: tuple[LaidLayer, ...] = field(default=())
     cause: SlowdownCause | OverhangArea | BeadOrder | None = None
@@ -195,7 +195,7 @@ class Failure:
         """Whether only the rounded corner comes too near."""
         return self.contact is not None and self.contact.seen is CollisionPlace.ROUNDED
 
-    def at(self, place: Place) -> Failure:
+    def at(self, place: FailurePlace) -> Failure:
         """The same failure at another place.
 
         Args:

@@ -2,7 +2,7 @@
 
 Use:
 
-    Place(Where.BEAD, from_target=3)
+    FailurePlace(Where.BEAD, from_target=3)
     Contact(("torch_nozzle", "deposit/3/SV1/0"), seen=Seen.ROUNDED)
 
 ``cell.failure`` has the failure itself, and these names as well. Millimetres and degrees, as in the contracts.
@@ -27,7 +27,7 @@ class Where(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class FailurePlace:
     """Where something is wrong. Targets are None where they are not known, or where it is none.
 
     Attributes:
@@ -45,10 +45,10 @@ class Place:
     at_home: bool = False
 
 
-AT_TARGET = Place()
-ON_BEAD = Place(Where.BEAD)
-ON_TRAVEL = Place(Where.TRAVEL)
-IN_ROWS = Place(Where.ROWS)
+AT_TARGET = FailurePlace()
+ON_BEAD = FailurePlace(Where.BEAD)
+ON_TRAVEL = FailurePlace(Where.TRAVEL)
+IN_ROWS = FailurePlace(Where.ROWS)
 
 
 class CollisionPlace(Enum):

@@ -3,7 +3,7 @@
     def tell(what: str, done: int, total: int) -> None:
         print(f"{what}: {done} of {total}")
 
-    with counted(tell, "beads", total=2) as count:
+    with counted_progress(tell, "beads", total=2) as count:
         count(); count()
 
 A `Progress` is a callback of three values. Work that is timed as a whole is a :func:`phase`; :func:`watched` names
@@ -41,7 +41,7 @@ _watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
 
 
 @contextmanager
-def counted(progress: Progress | None, what: str, total: int, done: int = 0) -> Iterator[Callable[[], None]]:
+def counted_progress(progress: Progress | None, what: str, total: int, done: int = 0) -> Iterator[Callable[[], None]]:
     """Count up, and tell of every step; the end is told as ``total`` of ``total``, whatever ended it.
 
     Args:

@@ -123,7 +123,7 @@ def pictures(what: str) -> Iterator[tuple[str, bytes]]:
         # one round of the duct, halfway up
         result = check(prepare(case_of(what)))
         t = result.job.targets
-        duct = np.flatnonzero(t.path == t.path[len(t) // 2])
+        duct = np.flatnonzero(t.bead == t.bead[len(t) // 2])
         yield f"{what}_strip", strip(result, duct[np.linspace(0, len(duct) - 1, FRAMES).astype(int)].tolist())
         yield f"{what}.webp", moving(result)
     elif what == "propeller":

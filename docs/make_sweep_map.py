@@ -62,7 +62,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int)
     args = parser.parse_args()
     case = load_case(DEFAULT_CASE)
-    rows = sweep(case, grid(case, E1, E2), jobs=args.jobs, log=args.log, progress=Bars(sys.stderr))
+    rows = sweep(case, grid(case, E1, E2), processes=args.jobs, log=args.log, progress=Bars(sys.stderr))
     write_bytes(PICTURE, sweep_picture(sweep_document(case, rows)))
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
     text = f"{before}{START}\n{table(prepare(case))}\n{END}{rest.partition(END)[2]}"

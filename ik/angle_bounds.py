@@ -17,7 +17,7 @@ from .chain import Floats
 PAD_ANGLE = 1e-7
 
 
-def middle(one: Floats, other: Floats) -> tuple[Floats, Floats]:
+def middle_and_half_width(one: Floats, other: Floats) -> tuple[Floats, Floats]:
     """Middle and padded half width of the angles between two, given in either order."""
     return (one + other) / 2, np.abs(other - one) / 2 + PAD_ANGLE
 
@@ -46,7 +46,7 @@ def triangle(near: float, far: float, high: Floats, low: Floats) -> tuple[Floats
     first, last = np.minimum(*ends), np.maximum(*ends)
     if far <= near:
         last = np.where((low <= -far / near) & (-far / near <= high), np.arcsin(far / near), last)
-    return middle(first, last)
+    return middle_and_half_width(first, last)
 
 
 def lead(constants: tuple[float, float, float], low: Floats, high: Floats) -> tuple[Floats, Floats]:
@@ -65,7 +65,7 @@ def lead(constants: tuple[float, float, float], low: Floats, high: Floats) -> tu
         inside = (low < turn) & (turn < high)
         first = np.where(inside, np.minimum(first, there), first)
         last = np.where(inside, np.maximum(last, there), last)
-    return middle(first, last)
+    return middle_and_half_width(first, last)
 
 
 def azimuth(gamma: Floats, cap: Floats) -> Floats:

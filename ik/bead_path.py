@@ -7,9 +7,9 @@ way is cut::
 
     runs = best_runs(q, cost, times, speed, circular=True)
     for run in runs:                       # stretches that can be run through, in order
-        run.start, run.nodes               # nodes (t, 3): roll, group, standing of every target
+        run.start, run.nodes               # nodes (t, 3): roll, branch, whole turns of every target
 
-A group (a branch of the closed form) is never left inside a run. Radians.
+A branch of the closed form is never left inside a run. Radians.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ROLL_COST = 0.05  # s a sample: a steady torch is better than a swinging one
 OTHERS = (
     0.5  # of the time each joint needs, on top of the slowest joint's: what moves along for nothing is worth sparing
 )
-SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; standing still is preferred
+SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; no change is preferred
 LARGEST_STEP = np.deg2rad(60.0)  # a flip of wrist, elbow or shoulder turns some joint further
 COSTLY = 10.0  # s: what is tried last, a large turn of a joint or a speed that is not held
 TOGETHER = 1 << 16  # prices of moves that are worked out at once
@@ -42,7 +42,7 @@ class Run:
 
     Attributes:
         start: first target.
-        nodes: (t, 3): sample of the roll, group, standing of each target.
+        nodes: (t, 3): sample of the roll, branch, whole turns of each target.
         cost: what the way costs.
     """
 
@@ -61,8 +61,8 @@ class Allowance:
     """What an edge may do at a price.
 
     Attributes:
-        usual_step: a joint that moves further makes an edge dear, (t - 1,), rad.
-        usual_time: edges whose joints take longer are dear, (t - 1,), s.
+        usual_step: a joint that moves further makes an edge expensive, (t - 1,), rad.
+        usual_time: edges whose joints take longer are expensive, (t - 1,), s.
         rolls: samples of the roll, ascending, (r,), rad; None: the roll moves one sample at most.
         turn: most that the roll may move, rad.
         turn_price: of moving it, s/rad.
@@ -103,7 +103,7 @@ def best_runs(
 
     Args:
         q: configurations, (t, r, g, k, n), rad; NaN where there is none.
-        cost: cost of standing at a node, (t, r, g, k); infinite where it is not allowed.
+        cost: cost of a node, (t, r, g, k); infinite where it is not allowed.
         times: time the deposition takes from target i to i + 1, (t - 1,), s.
         speed: joint speed limits, (n,), rad/s.
         largest_step: most that any joint may move between neighbours, rad; of each pair where they differ, (t - 1,).
@@ -129,15 +129,15 @@ def best_runs(
     start = 0
     back: list[Ints] = []
     together = max(TOGETHER // (price[0].size * price.shape[2] * len(shifts)), 1)
-    edges = _PricedEdges.none()
+    edges = _EdgePrices.none()
     for i in range(1, len(q) + 1):
         open_here = np.isfinite(here)
         if i < len(q) and open_here.any():
             if together == 1:
-                edges = _PricedEdges.of(nodes, (here[None], price[i : i + 1]), slice(i - 1, i), limits)
+                edges = _EdgePrices.of(nodes, (here[None], price[i : i + 1]), slice(i - 1, i), limits)
             elif i - 1 >= edges.stop:
                 some = slice(i - 1, min(i - 1 + together, len(q) - 1))
-                edges = _PricedEdges.of(nodes, (price[some], price[some.start + 1 : some.stop + 1]), some, limits)
+                edges = _EdgePrices.of(nodes, (price[some], price[some.start + 1 : some.stop + 1]), some, limits)
             arrived, origin = edges.forward(i - 1, here, blocked.get(i - 1, set()), limits)
             total = arrived + price[i]
             if np.isfinite(total).any():
@@ -166,31 +166,31 @@ class _Limits:
 
 
 @dataclass(frozen=True, eq=False)
-class _PricedEdges:
+class _EdgePrices:
     """What the moves of neighbouring edges of the bead cost: of a few nodes each, many are priced at once.
 
     Attributes:
         start: the first of the edges.
         stop: one past the last.
-        kept: groups open at both ends, and their standings open at the first and at the second.
+        kept: branches open at both ends, and the turns of theirs open at the first and at the second.
         price: of the moves, (e, g, k1, shift, k0, r); infinite where an edge is not allowed.
-        dear: what is added where it is, (e, g, k1, shift, k0, r); None where none is dear.
+        expensive: what is added where it is, (e, g, k1, shift, k0, r); None where none is expensive.
     """
 
     start: int
     stop: int
     kept: tuple[Ints, Ints, Ints]
     price: Floats
-    dear: Floats | None
+    expensive: Floats | None
 
     @classmethod
-    def none(cls) -> _PricedEdges:
+    def none(cls) -> _EdgePrices:
         """Of no edge."""
         no = np.zeros(0, dtype=np.int64)
         return cls(0, 0, (no, no, no), np.zeros(0), None)
 
     @classmethod
-    def of(cls, nodes: Floats, ends: tuple[Floats, Floats], some: slice, limits: _Limits) -> _PricedEdges:
+    def of(cls, nodes: Floats, ends: tuple[Floats, Floats], some: slice, limits: _Limits) -> _EdgePrices:
         """Price some edges.
 
         Args:
@@ -205,7 +205,7 @@ class _PricedEdges:
         kept = g, k0, k1
         if not len(g):
             return cls(some.start, some.stop, kept, np.zeros(0), None)
-        # (n, e, g, k1, shift, k0, r): standings of the same group alone
+        # (n, e, g, k1, shift, k0, r): turns of the same branch alone
         q0, q1 = (np.swapaxes(nodes[s], 0, 1) for s in (some, slice(some.start + 1, some.stop + 1)))
         from_q = _shifted(q0[:, :, g[:, None], k0], limits.shifts, limits.circular)[:, :, :, None]
         to_q = q1[:, :, g[:, None], k1][:, :, :, :, None, None]
@@ -220,9 +220,9 @@ class _PricedEdges:
         if not over.any():
             return cls(some.start, some.stop, kept, price, None)
         late = np.maximum(needed[over] / np.broadcast_to(usual, over.shape)[over] - 1.0, 0.0)
-        dear = np.zeros(price.shape)
-        dear[over] = COSTLY + COSTLY * late
-        return cls(some.start, some.stop, kept, price, dear)
+        expensive = np.zeros(price.shape)
+        expensive[over] = COSTLY + COSTLY * late
+        return cls(some.start, some.stop, kept, price, expensive)
 
     def forward(self, i: int, here: Floats, forbidden: set[Edge], limits: _Limits) -> tuple[Floats, Ints]:
         """Cost of arriving at every node of the edge's second target, and where from (g, k, r; a flat index)."""
@@ -234,8 +234,8 @@ class _PricedEdges:
         came = _shifted(here[g[:, None], k0], shifts, limits.circular)
         came += limits.turning[:, None, :]
         price = self.price[i - self.start] + came[:, None]
-        if self.dear is not None:
-            price += self.dear[i - self.start]
+        if self.expensive is not None:
+            price += self.expensive[i - self.start]
         _forbid(price, forbidden, self.kept, shifts)
         price = price.reshape(len(g), len(k1), -1, rolls)
         choice = np.argmin(price, axis=2)
@@ -278,7 +278,7 @@ def _moves(from_q: Floats, to_q: Floats, speed: Floats) -> tuple[Floats, Floats,
 
 
 def _forbid(price: Floats, forbidden: set[Edge], kept: tuple[Ints, Ints, Ints], shifts: Ints) -> None:
-    """Take edges out of the prices (g, k1, shift, k0, r) of the groups and standings that are kept."""
+    """Take edges out of the prices (g, k1, shift, k0, r) of the branches and turns that are kept."""
     g_at, k0_at, k1_at = ({int(v): i for i, v in enumerate(values)} for values in kept)
     rolls = price.shape[-1]
     for (r0, g, k0), (r1, _, k1) in forbidden:

@@ -3,10 +3,10 @@
 A lighter search than :mod:`ik.bead_path`, for closed forms: whole turns of a joint are left out of the nodes and
 worked out of the way that is found, so that a target has one node for each roll and branch::
 
-    nodes = standings(chain, raw)                      # (j, t, g, r) lowest angles inside the limits
+    nodes = lowest_angles(chain, raw)                      # (j, t, g, r) lowest angles inside the limits
     edges = prices(chain, nodes, rolls, bounds, shifts, circular=True)     # (t - 1, g, s, r)
-    way = cheapest(cost, edges, shifts)                # group and (t,) samples, or None
-    q = unwound(chain, nodes_on_way, q_before)         # (t, j), or None where the turns of a joint run out
+    way = cheapest(cost, edges, shifts)                # branch and (t,) samples, or None
+    q = with_whole_turns(chain, nodes_on_way, q_before)         # (t, j), or None where the turns of a joint run out
 
 What this does not find may still exist: a way that has to change its turns is left to the full search. Radians,
 seconds.
@@ -53,7 +53,7 @@ def several_turns(chain: Chain) -> Bools:
     return np.asarray(chain.upper - chain.lower + 2 * SLACK >= TURN)
 
 
-def standings(chain: Chain, raw: Floats) -> tuple[Floats, Bools, Floats]:
+def lowest_angles(chain: Chain, raw: Floats) -> tuple[Floats, Bools, Floats]:
     """Every joint at its lowest angle inside the limits.
 
     Args:
@@ -87,7 +87,7 @@ def prices(chain: Chain, q: Floats, rolls: Floats, bounds: Bounds, shifts: Ints,
 
     Args:
         chain: the arm.
-        q: from :func:`standings`, (j, t, g, r).
+        q: from :func:`lowest_angles`, (j, t, g, r).
         rolls: of each target's samples, (t, r), rad.
         bounds: what edges have to keep.
         shifts: by how many samples the roll may change, (s,).
@@ -125,18 +125,18 @@ def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | No
     """The cheapest way through.
 
     Args:
-        cost: of standing at each node, (t, g, r), s; infinite where it is not allowed.
+        cost: of each node, (t, g, r), s; infinite where it is not allowed.
         edges: from :func:`prices`.
         shifts: as given there.
 
     Returns:
-        The group, and the sample at each target, (t,); None where there is no way.
+        The branch, and the sample at each target, (t,); None where there is no way.
     """
-    groups, count = cost.shape[1:]
-    if count == len(shifts) == 1:  # of a held roll each group has one way
+    branches, count = cost.shape[1:]
+    if count == len(shifts) == 1:  # of a held roll each branch has one way
         return steadiest(cost, edges, np.inf)
     source = (np.arange(count) - shifts[:, None]) % count
-    at = np.arange(groups)[:, None], np.arange(count)
+    at = np.arange(branches)[:, None], np.arange(count)
     here = cost[0]
     back = []
     for price, edge in zip(cost[1:], edges, strict=True):
@@ -154,18 +154,18 @@ def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | No
 
 
 def steadiest(cost: Floats, edges: Floats, shift_price: float) -> tuple[int, Ints] | None:
-    """The cheapest way on one sample of the roll all along, where any on which it changes is dearer for certain.
+    """The cheapest way on one sample of the roll all along, where any on which it changes is costlier for certain.
 
     Args:
-        cost: of standing at each node, (t, g, r), s; infinite where it is not allowed.
+        cost: of each node, (t, g, r), s; infinite where it is not allowed.
         edges: from :func:`prices`, of the roll that stays at its sample, (t - 1, g, 1, r).
         shift_price: what an edge to another sample costs at least, s.
 
     Returns:
         As of :func:`cheapest`, which finds the same; None where it takes that.
     """
-    groups, count = cost.shape[1:]
-    steps = np.stack([edges[:, :, 0], cost[1:]], axis=1).reshape(-1, groups, count)
+    branches, count = cost.shape[1:]
+    steps = np.stack([edges[:, :, 0], cost[1:]], axis=1).reshape(-1, branches, count)
     total = np.cumsum(np.concatenate([cost[:1], steps]), axis=0)[-1]
     g, r = (int(v) for v in np.unravel_index(int(total.argmin()), total.shape))
     if not np.isfinite(total[g, r]):
@@ -177,7 +177,7 @@ def steadiest(cost: Floats, edges: Floats, shift_price: float) -> tuple[int, Int
     return g, np.full(len(cost), r)
 
 
-def unwound(chain: Chain, q: Floats, q_before: Floats | None) -> Floats | None:
+def with_whole_turns(chain: Chain, q: Floats, q_before: Floats | None) -> Floats | None:
     """A way with its joints' whole turns.
 
     Args:

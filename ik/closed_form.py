@@ -66,7 +66,7 @@ def solve(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
 
     Returns:
         (..., 8, 6) rad, each angle in [-pi, pi]; NaN rows where a branch does not exist. With A4 and A6 in line, A4
-        stands at zero and A6 does the turning. Joint limits are not looked at. Of an arm that is a little off its
+        stands at zero and A6 does the turning. Joint limits are not examined. Of an arm that is a little off its
         class they are the true chain's, refined from those of the class; in a singularity some may be missing.
     """
     shape = Ts_base_tcp.shape[:-2]

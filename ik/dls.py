@@ -107,7 +107,7 @@ def solve(
         Found, with s = seeds. Seeds left out are not ok, stand at their start and have infinite errors.
     """
     m, n = len(Ts_base_target), chain.n
-    starts = spread(chain, seeds, rng_seed)
+    starts = seeds_within_limits(chain, seeds, rng_seed)
     q = np.tile(starts, (m, 1, 1))
     position, angle = np.full((m, seeds), np.inf), np.full((m, seeds), np.inf)
     arm, targets = _columns(chain, Ts_base_target)
@@ -128,7 +128,7 @@ def _waves(seeds: int, enough: int | None) -> list[NDArray[np.int64]]:
     return [w for w in np.split(np.arange(seeds), ends[ends < seeds]) if len(w)]
 
 
-def spread(chain: Chain, count: int, rng_seed: int = 0) -> Floats:
+def seeds_within_limits(chain: Chain, count: int, rng_seed: int = 0) -> Floats:
     """Configurations spread evenly over the joint limits.
 
     Args:

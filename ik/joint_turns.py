@@ -1,9 +1,9 @@
 """Joint limits of angles that come in turns.
 
-A closed form gives an angle in one turn; the arm may stand at that angle plus or minus whole turns. ``with_turns``
-lists every standing inside the limits, ``excess`` says how far the nearest one is outside::
+A closed form gives an angle in one turn; the joint may be whole turns away from it. ``with_turns``
+lists every such angle inside the limits, ``excess`` says how far the nearest one is outside::
 
-    q = with_turns(chain, closed_form.solve(form, Ts))     # (..., k, n), NaN where a standing is outside
+    q = with_turns(chain, closed_form.solve(form, Ts))     # (..., k, n), NaN outside the limits
     over = excess(chain, q_raw)                            # (..., n) rad, 0 inside
 """
 
@@ -35,7 +35,7 @@ def excess(chain: Chain, q: Floats) -> Floats:
     return np.maximum(np.abs(wrap(q - middle)) - half, 0.0)
 
 
-def standings(chain: Chain, slack: float = SLACK) -> NDArray[np.int64]:
+def turn_combinations(chain: Chain, slack: float = SLACK) -> NDArray[np.int64]:
     """Whole turns above its lowest that each joint can stand at, in every combination.
 
     Args:
@@ -45,25 +45,25 @@ def standings(chain: Chain, slack: float = SLACK) -> NDArray[np.int64]:
     Returns:
         (k, n); the first row is zero, and the last joint's turns vary fastest.
     """
-    # a range of exactly one turn has two standings: its two ends
+    # in a range of exactly one turn an angle can occur twice: at its two ends
     most = ((chain.upper - chain.lower + 2 * slack) // TURN).astype(int)
     return np.array(list(product(*(range(c + 1) for c in most))), dtype=np.int64).reshape(-1, chain.n)
 
 
 def with_turns(chain: Chain, q: Floats, slack: float = SLACK, *, packed: bool = False) -> Floats:
-    """Every standing of the joints inside the limits.
+    """Configurations in every combination of whole turns inside the limits.
 
     Args:
         chain: the arm.
         q: (..., n), rad.
-        slack: tolerance at the limits, rad; a standing outside by less is put on the limit.
-        packed: leave out what no row needs: each row's standings come first, and k is the most that any row has.
+        slack: tolerance at the limits, rad; a joint outside by less is put on the limit.
+        packed: leave out what no row needs: each row's configurations come first, and k is the most that any row has.
 
     Returns:
-        (..., k, n) rad; k is the number of :func:`standings` (1 for most arms). Standings outside the limits are
+        (..., k, n) rad; k is the number of :func:`turn_combinations` (1 for most arms). Those outside the limits are
         NaN.
     """
-    turns = standings(chain, slack)
+    turns = turn_combinations(chain, slack)
     rows = q.reshape(-1, chain.n)
     lowest = rows + TURN * np.ceil((chain.lower - slack - rows) / TURN)
     inside = _inside(chain, np.ascontiguousarray(lowest.T), turns, slack)

@@ -225,7 +225,7 @@ class _IntervalSearch:
         """
         raw = solve(self.form, apply_roll(Ts, rolls))
         middle, half = (self.chain.lower + self.chain.upper) / 2, (self.chain.upper - self.chain.lower) / 2
-        # of all standings the one nearest the middle is inside if any is
+        # of all turns of a joint the one nearest the middle is inside if any is
         off = wrap(raw - middle)
         room = _least(half - np.abs(off))
         q = middle + np.clip(off, -half, half)

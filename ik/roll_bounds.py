@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .angle_bounds import PAD_ANGLE, azimuth, from_forearm, into_forearm, lead, middle, sight, triangle
+from .angle_bounds import PAD_ANGLE, azimuth, from_forearm, into_forearm, lead, middle_and_half_width, sight, triangle
 from .chain import Chain, Floats
 from .closed_form import ROUNDING
 from .roll import wrap
@@ -61,7 +61,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, eq=False)
-class _Plane:
+class _WristInPlane:
     """The wrist centre in the arm's plane, for two shoulders on k intervals; angles as middle and half width.
 
     Attributes:
@@ -198,7 +198,7 @@ class RollBounds:
         centres = self.position[:, target] + self._turned(target, centre, v, max(float(np.cos(half)), 0.0))
         return centres, size * float(np.sin(min(half, np.pi / 2))) + PAD_LENGTH + self._off[0]
 
-    def _plane(self, target: Ints, centre: Floats, half: float) -> _Plane:
+    def _plane(self, target: Ints, centre: Floats, half: float) -> _WristInPlane:
         """Where the wrist centre is in the arm's plane, for both shoulders.
 
         *Distance d from A1*: that of the ball's centre +- the ball's radius. *Radius rho in the plane*:
@@ -214,12 +214,12 @@ class RollBounds:
         d_low, d_high = np.maximum(d - ball, 0.0), d + ball
         rho, rho_low, rho_high = (np.sqrt(np.maximum(x * x - offset**2, 0.0)) for x in (d, d_low, d_high))
         around, half_1 = np.arctan2(u[1], u[0]), sight(d, ball, d > ball) + PAD_ANGLE
-        phi, half_phi = middle(np.arctan2(form.lateral, rho_low), np.arctan2(form.lateral, rho_high))
+        phi, half_phi = middle_and_half_width(np.arctan2(form.lateral, rho_low), np.arctan2(form.lateral, rho_high))
         disc = self._spread((d, d_low), (rho, rho_low, rho_high), ball)
         up, out = u[2] - form.zeta_2.real, np.stack([rho, -rho]) - form.zeta_2.imag
         s = np.hypot(up, out)
         s_low = np.maximum(s - disc, 0.0)
-        return _Plane(
+        return _WristInPlane(
             q1=(np.stack([around - phi, around + phi - np.pi]), half_1 + half_phi),
             towards=(np.arctan2(out, up), sight(s, disc, s_low > POINT) + PAD_ANGLE),
             s=(s_low, s + disc),
@@ -257,7 +257,7 @@ class RollBounds:
         high, low = ((s * s - la * la - lf * lf) / (2 * la * lf) for s in (plane.s[1], plane.s[0]))
         no_reach = (low > 1 + ROUNDING) | (high < -1 - ROUNDING) | ~plane.exists
         high, low = np.clip(high, -1.0, 1.0), np.clip(low, -1.0, 1.0)
-        bend, half_3 = middle(np.arccos(high), np.arccos(low))
+        bend, half_3 = middle_and_half_width(np.arccos(high), np.arccos(low))
         (inner, half_i), (outer, half_o) = triangle(la, lf, high, low), triangle(lf, la, high, low)
         towards, half_t = plane.towards
         zero_2, zero_3 = float(np.angle(form.upper_arm)), float(np.angle(form.forearm))
@@ -313,7 +313,7 @@ class RollBounds:
         height, v_p, v_s = wrist.w4 @ seen, wrist.p @ seen, wrist.s @ seen
         gamma = np.arctan2(np.hypot(v_p, v_s), height)
         low, high, exists = self._delta(np.maximum(gamma - cap, 0.0), np.minimum(gamma + cap, np.pi))
-        delta, half_5 = middle(low, high)
+        delta, half_5 = middle_and_half_width(low, high)
         side = np.array([1.0, -1.0])[:, None]
         gaps = [(4, self._gap(4, wrist.base + side * delta, half_5))]
         if self._binds(3):

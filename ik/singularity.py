@@ -21,7 +21,7 @@ from .chain import Chain, Floats
 from .spherical_wrist import SphericalWristArm
 
 KINDS = ("wrist", "elbow", "shoulder", "sigma")
-NEIGHBOURS = 4  # configurations of which one is looked at first
+NEIGHBOURS = 4  # configurations of which one is examined first
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ One interface over both solvers, so that nothing downstream asks which arm it ha
     c.q                                      # (m, g, k, n) inside the joint limits, NaN where there is none
     c.raw                                    # (m, g, n) before the limits, for reasons
 
-``g`` are groups that a continuous motion cannot leave (the eight branches of the closed form; one group for damped
-least squares, which knows no branches), ``k`` the standings inside a group.
+``g`` are branches that a continuous motion cannot leave (eight of the closed form; damped least squares knows none, and
+its results count as one), ``k`` the combinations of whole turns in a branch.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from . import closed_form, dls, spherical_wrist
 from .chain import Chain, Floats
-from .joint_turns import SLACK, excess, standings, with_turns
+from .joint_turns import SLACK, excess, turn_combinations, with_turns
 from .roll import RollWindow, wrap
 
 SOLVERS = ("auto", "closed_form", "dls")
@@ -38,9 +38,9 @@ class Candidates:
     """Configurations of m poses.
 
     Attributes:
-        q: configurations inside the limits, (m, g, k, n), rad: of m poses, in g groups (the closed form's eight
+        q: configurations inside the limits, (m, g, k, n), rad: of m poses, in g branches (the closed form's eight
             branches), in up to k whole turns, n joints; NaN where there are fewer.
-        raw: one configuration of each group before the limits, (m, g, n), rad, NaN where there is none.
+        raw: one configuration of each branch before the limits, (m, g, n), rad, NaN where there is none.
         over: how far ``raw`` is outside each limit, (m, g, n), rad.
         reach_excess: how far the wrist centre is out of reach, (m,), m; NaN where the solver cannot tell.
         exhaustive: whether no further configurations exist.
@@ -101,14 +101,14 @@ class Solver:
 
     @cached_property
     def _standing(self) -> Chain:
-        """The arm with the limits that standings are listed inside.
+        """The arm with the limits that turns are listed inside.
 
         Turns matter to the way between targets alone. Where several joints can stand at any angle in two turns or more,
         listing every combination costs more than it brings: such joints stand within :data:`WINDOW` of the middle of
         their limits, some angles in two turns, so that a way can go on through any of them.
         """
         half = (self.chain.upper - self.chain.lower) / 2
-        if len(standings(self.chain)) <= MOST_STANDINGS:
+        if len(turn_combinations(self.chain)) <= MOST_STANDINGS:
             return self.chain
         middle = (self.chain.upper + self.chain.lower) / 2
         half = np.where(half >= 2 * np.pi - SLACK, np.minimum(half, WINDOW), half)

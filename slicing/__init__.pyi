@@ -17,7 +17,7 @@ from .decomposition.evidence_warnings import frame_line as frame_line
 from .deposits.part_shape import PartShape as PartShape
 from .deposits.part_shape import beyond_borders as beyond_borders
 from .deposits.part_shape import part_shape as part_shape
-from .deposits.part_shape import turned as turned
+from .deposits.part_shape import solid_of_revolution as solid_of_revolution
 from .document import slices_document as slices_document
 from .document import targets_rows as targets_rows
 from .layers.body_ends import NO_ENDS as NO_ENDS
@@ -55,8 +55,6 @@ from .targets.targets import Targets as Targets
 from .targets.targets import sample_beads as sample_beads
 from .targets.waypoints import travels as travels
 from .toolpaths.csv_file import read_toolpath as read_toolpath
-from .toolpaths.shortcuts import Cone as Cone
-from .toolpaths.shortcuts import Cylinder as Cylinder
 from .toolpaths.shortcuts import lay as lay
 from .toolpaths.shortcuts import load as load
 from .toolpaths.shortcuts import slice as slice
@@ -80,9 +78,7 @@ __all__ = [
     "BodyHint",
     "Bools",
     "Code",
-    "Cone",
     "ConicalBody",
-    "Cylinder",
     "CylindricalBody",
     "Evidence",
     "Indices",
@@ -127,10 +123,10 @@ __all__ = [
     "slice_sub_volume",
     "slices_document",
     "solid_from_arrays",
+    "solid_of_revolution",
     "targets_rows",
     "toolpath_shape",
     "travels",
-    "turned",
     "turned_solid",
     "typed",
     "worst_angle",

@@ -134,7 +134,7 @@ def targets_rows(
     numbers = zip(
         targets.sub_volume_index.tolist(),
         targets.layer.tolist(),
-        targets.path.tolist(),
+        targets.bead.tolist(),
         targets.position.tolist(),
         targets.normal.tolist(),
         targets.tangent.tolist(),

@@ -22,7 +22,7 @@ import slicing
 EXPORTED = {
     "cell": "Case InputError Job Motion Result check compose load_case parse_case prepare read_motion remedies "
     "report_document sweep write_motion",
-    "slicing": "BeadParameters Cylinder Cone Targets Toolpath decompose lay load read_toolpath slice",
+    "slicing": "BeadParameters ConicalBody CylindricalBody Targets Toolpath decompose lay load read_toolpath slice",
     "ik": "Chain RollWindow SingularityLimits Solver certify",
 }
 
@@ -149,7 +149,7 @@ def test_importing_a_package_loads_nothing_heavy(package):
 def test_a_part_from_mesh_to_verdict_in_ten_lines(make_case, tmp_path):
     boss_mesh().export(tmp_path / "blade.stl")
     mesh = slicing.load(tmp_path / "blade.stl", units="mm")
-    sliced = slicing.slice(mesh, slicing.Cylinder(radius_mm=20), strategy="nonuniform", h_layer_mm=1.73)
+    sliced = slicing.slice(mesh, slicing.CylindricalBody(radius_mm=20), strategy="nonuniform", h_layer_mm=1.73)
     path = slicing.lay([sliced], pattern="zigzag", width_mm=5)
     job = cell.prepare(cell.load_case(make_case()), toolpath=path)
     result = cell.check(job)

@@ -15,12 +15,12 @@ LONGER = {
     "models/kr70_r2100/build_visuals.py:parts": "one solid of the arm after the other",
 }
 MORE_PARAMETERS = {
-    "cell/collision/proofs/between_samples.py:least_on_the_way": "samples with what is known of them, and of the rest",
+    "cell/collision/proofs/between_samples.py:least_between_samples": "samples with what is known of them and the rest",
     "cell/collision/proofs/between_samples.py:unproven_steps": "samples with what is known, and what is to be proved",
     "cell/collision/blended_corners.py:cut_corners": "samples with what is known of them, and what is to be proved",
-    "cell/planning/blended_check.py:_met": "samples with what is known of them, and what is to be proved",
+    "cell/planning/edges/blended_check.py:_met": "samples with what is known of them, and what is to be proved",
     "cell/coordination/table_schedule.py:_solved": "the terms of one least-squares problem",
-    "cell/planning/edge_tracking.py:track_edges": "edges as columns, and what they are held against",
+    "cell/planning/edges/edge_tracking.py:track_edges": "edges as columns, and what they are held against",
     "cell/planning/blocking_layers.py:_blame": "a trial with all that it varies",
     "cell/view/film.py:film": "options of a film, all with defaults",
     "cell/view/layer_picture.py:_composed": "options of a picture",

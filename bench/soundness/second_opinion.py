@@ -220,7 +220,7 @@ def opinions(result: Result, rng: np.random.Generator, seconds: float, most: int
         if "at_home" not in rows[i].detail and "the table" not in str(rows[i].detail.get("note")) and search.target(i):
             out[reason, "refuted"] += 1
             out["proved", "refuted"] += bool(rows[i].proved)
-    path = result.job.targets.path
+    path = result.job.targets.bead
     cut = [i for i, row in enumerate(rows) if row.reason in ("no_path", "speed") and not row.detail.get("travel")]
     beads = sorted({int(path[i]) for i in cut if "share" not in rows[i].detail})
     for bead in [b for b in beads if all(rows[i].reason not in ALONE for i in np.flatnonzero(path == b))][:most]:

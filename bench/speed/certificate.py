@@ -146,7 +146,7 @@ def roboticstoolbox_rows(chain: Chain, Ts: Floats) -> list[Row]:
 def mujoco_rows(chain: Chain, model: mujoco.MjModel, T_flange_tcp: Floats, Ts: Floats) -> list[Row]:
     """A loop as one writes it: damped least squares of position and wire direction on MuJoCo's Jacobian."""
     data = mujoco.MjData(model)
-    site, seeds = model.site("flange").id, dls.spread(chain, 16)
+    site, seeds = model.site("flange").id, dls.seeds_within_limits(chain, 16)
     jp, jr = np.zeros((3, model.nv)), np.zeros((3, model.nv))
 
     def descend(T: Floats, q: Floats) -> bool:

@@ -116,7 +116,7 @@ def roboticstoolbox_rows(chain: Chain, count: int) -> list[Row]:
 def mujoco_rows(chain: Chain, model: mujoco.MjModel, count: int) -> list[Row]:
     data = mujoco.MjData(model)
     site = model.site("flange").id
-    seeds = dls.spread(chain, 16)
+    seeds = dls.seeds_within_limits(chain, 16)
     jacobian = np.zeros((6, model.nv))
     wanted, now, turn = np.empty(4), np.empty(4), np.empty(3)
 

@@ -19,9 +19,9 @@ import trimesh
 import yaml
 
 from cell import Failure, Job, load_case, prepare
+from cell.planning.bead_plan import plan_bead
 from cell.planning.context import Context
-from cell.planning.edge_check import Stretch
-from cell.planning.part_plan import plan_bead
+from cell.planning.edges.edge_check import Stretch
 from cell.planning.travels.travel import travel
 from cell.scene.scene import table_angles
 
@@ -87,7 +87,7 @@ def measure(targets: int, sample: int, repeat: int) -> dict[str, float]:
         start = time.perf_counter()
         job = job_of(targets, Path(folder))
         ready = time.perf_counter() - start
-    path = job.targets.path
+    path = job.targets.bead
     firsts = np.flatnonzero(np.diff(path, prepend=-1))
     stops = np.append(firsts[1:], len(path))
     picked = np.unique(np.linspace(0, len(firsts) - 1, max(sample // AROUND, 2)).astype(int))

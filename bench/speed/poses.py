@@ -20,9 +20,9 @@ import numpy as np
 from cell import Job, load_case, prepare, with_changes
 from cell.case.roll_text import parse_roll
 from cell.collision.checker import Checker
-from cell.planning.configurations import evaluate
+from cell.planning.configurations import nodes_at_rolls
 from cell.planning.context import settings_of
-from cell.scene.placement import place
+from cell.scene.placement import place_targets
 from ik import closed_form
 from ik.roll import apply_roll
 
@@ -33,7 +33,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def verdicts(job: Job, checker: Checker, placed, clearance: float, roll_step: float):
     """Which targets have a free configuration, (n,); with the configurations and stages that were checked."""
-    nodes = evaluate(job.solver, placed, job.window, roll_step, job.singularity_limits)
+    nodes = nodes_at_rolls(job.solver, placed, job.window, roll_step, job.singularity_limits)
     n = len(nodes.cost)
     cost, q = nodes.cost.reshape(n, -1), nodes.q.reshape(n, -1, job.solver.chain.n)
     order, count = np.argsort(cost, axis=1), np.isfinite(cost).sum(axis=1)
@@ -80,7 +80,7 @@ def main() -> None:
     spent, calls, whole = np.zeros(2), 0, 0
     for E1, E2 in tables:
         start = time.perf_counter()
-        placed = place(job.targets, job.scene.T_base_part(E1, E2))
+        placed = place_targets(job.targets, job.scene.T_base_part(E1, E2))
         checker = Checker(job.scene, (E1, E2), settings.clearance)
         free, looked = verdicts(job, checker, placed, settings.clearance, settings.roll_step)
         middle = time.perf_counter()

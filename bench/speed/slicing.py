@@ -122,14 +122,14 @@ def peers(vertices: Floats, faces: Ints, origin: Floats, normal: Floats, heights
 def prepared(vertices: Floats, faces: Ints) -> Mesh:
     """From arrays to a checked mesh with its edges."""
     mesh = mesh_from_arrays("bench", vertices, faces)
-    _ = mesh.edge_table
+    _ = mesh.edges_and_sides
     return mesh
 
 
 def untouched(mesh: Mesh) -> Mesh:
     """The same with its edges alone, as it comes from loading: what a run finds out is not left to the next."""
     copy = dataclasses.replace(mesh)
-    copy.__dict__["edge_table"] = mesh.edge_table
+    copy.__dict__["edges_and_sides"] = mesh.edges_and_sides
     return copy
 
 

@@ -22,7 +22,7 @@ from typing import Any
 from cell import DEFAULT_CASE, Case, check, grid, load_case, prepare
 from cell.pose_sweep.grid import Pose
 from cell.pose_sweep.sweep import SweepPlan, fingerprint
-from cell.pose_sweep.workers import completed, processes
+from cell.pose_sweep.workers import completed, worker_processes
 from cell.table_poses.hopeless_poses import screen, screen_all
 
 from ..bench_arguments import parsed
@@ -85,7 +85,7 @@ def scaling(case: Case, poses: list[Pose], runs: int) -> None:
     """Print what a second worker gives, once both have prepared."""
     work = SweepPlan(fingerprint(case), case, tuple(poses))
     found: list[tuple[float, float, float, float]] = []
-    with processes(1) as alone, processes(2) as pair:
+    with worker_processes(1) as alone, worker_processes(2) as pair:
         for pool in (alone, pair):
             seconds(work, pool)
         for _ in range(runs):

@@ -75,16 +75,16 @@ def main() -> None:
         left_out("mink is not installed")
     case = load_case(ROOT / "models" / "cases" / f"{args.case}.case.yaml")
     job = prepare(with_changes(case, table=case.table.model_copy(update={"mode": "coordinated"})))
-    last = int(job.targets.path[min(args.targets, len(job.targets)) - 1])
+    last = int(job.targets.bead[min(args.targets, len(job.targets)) - 1])
     t = job.targets
-    few = np.flatnonzero(t.path <= last)
-    columns = ("sub_volume_index", "layer", "path", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
+    few = np.flatnonzero(t.bead <= last)
+    columns = ("sub_volume_index", "layer", "bead", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
     some = replace(t, closed=t.closed[: last + 1], **{name: getattr(t, name)[few] for name in columns})
     job = replace(job, targets=some, beads=())
     length = np.linalg.norm(np.diff(some.position, axis=0), axis=1) * 1e-3
     begin = time.perf_counter()
     Schedule(freedom_of(job.case, job.scene), upright_of(job.case), job.drives.speed[-2:]).along(
-        some.normal, some.path, length
+        some.normal, some.bead, length
     )
     table_s = time.perf_counter() - begin
     begin = time.perf_counter()
@@ -98,7 +98,7 @@ def main() -> None:
     begin = time.perf_counter()
     theirs, missed = followed(job, ours[0], Ts, args.weight)
     mink_s = time.perf_counter() - begin
-    same = np.diff(some.path) == 0
+    same = np.diff(some.bead) == 0
     taken = (length / speeds(job)[:-1])[same]
     print(f"{args.case}: {len(few)} targets; mink misses {missed}; ours by itself the table's way", end=" ")
     print(f"{1e3 * table_s / len(few):.2f} ms a target")

@@ -54,9 +54,9 @@ def measured(case: Case, targets: int | None) -> dict[str, Any]:
     begun = time.process_time()
     job = prepare(case)
     if targets is not None:
-        last = int(job.targets.path[min(targets, len(job.targets)) - 1])
-        t, n = job.targets, int(np.searchsorted(job.targets.path, last + 1))
-        columns = ("sub_volume_index", "layer", "path", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
+        last = int(job.targets.bead[min(targets, len(job.targets)) - 1])
+        t, n = job.targets, int(np.searchsorted(job.targets.bead, last + 1))
+        columns = ("sub_volume_index", "layer", "bead", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
         job = replace(
             job,
             targets=replace(t, closed=t.closed[: last + 1], **{name: getattr(t, name)[:n] for name in columns}),

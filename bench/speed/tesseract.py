@@ -28,11 +28,11 @@ import numpy as np
 
 from cell import load_case, prepare
 from cell.collision.proofs.between_samples import unproven_steps
+from cell.planning.bead_plan import plan_bead
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
-from cell.planning.edge_check import SearchedBead as OneBead
-from cell.planning.edge_tracking import track_edges
-from cell.planning.part_plan import plan_bead
+from cell.planning.edges.edge_check import SearchedBead as OneBead
+from cell.planning.edges.edge_tracking import track_edges
 from cell.planning.station_search import ROUNDS, Ends, StationSearch
 from ik.chain import Floats
 
@@ -140,7 +140,7 @@ class TargetsAlone(StationSearch):
     def targets(self) -> Floats | None:
         """Configurations (t, j), rad, each free of collision; nothing is looked at between them."""
         for _ in range(ROUNDS):
-            way = self.way()
+            way = self.cheapest_path()
             if way is None:
                 break
             q = way[2]
@@ -240,7 +240,7 @@ def main() -> None:
         given = {"roll_step": context.settings.roll_step, "clearance": context.settings.clearance}
         np.savez(folder / "targets.npz", Ts=context.placed.Ts_base_target, **given)
         descartes = Descartes(arguments.python, folder)
-        beads = beads_of(job.targets.path, arguments.targets)
+        beads = beads_of(job.targets.bead, arguments.targets)
         rows = [
             Row("rbam, proven between the targets", whole(context)),
             Row("rbam, proven, beads of a run together", in_a_run(context, beads)),

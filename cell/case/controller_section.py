@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from .fields import Angles3, Distance, Section, Vec3, within
+from .fields import Angles3, Distance, Section, Vec3, number_within
 
 MOST_PROGRAM_NAME = 24  # characters of a module's name
 MOST_HOOK_LINE = 300  # characters; lines of 344 are known to run
@@ -84,8 +84,8 @@ ArcLines = Annotated[HookLines, Field(min_length=1)]  # or the arc could not be 
 Pattern = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_pattern)]
 Patterns = Annotated[list[Pattern], Field(max_length=50)]
 ProgramName = Annotated[str, AfterValidator(_program_name)]
-Number = Annotated[int, within(0, 1000)]
-Percent = Annotated[float, within(0.1, 100)]
+Number = Annotated[int, number_within(0, 1000)]
+Percent = Annotated[float, number_within(0.1, 100)]
 
 
 class FrameSection(Section):
@@ -98,7 +98,7 @@ class FrameSection(Section):
 class BaseSection(FrameSection):
     """A base frame of the controller's list."""
 
-    machine: Annotated[int, within(1, 32)] | None = Field(
+    machine: Annotated[int, number_within(1, 32)] | None = Field(
         None,
         description="number of the MACHINE_DEF that moves the frame, which is given in its flange; none: it "
         "stands in the world",
@@ -111,7 +111,7 @@ class Thinning(Section):
     chord_mm: Distance = Field(
         0.02, description="largest distance between the thinned bead and the checked one; 0: no point is left out"
     )
-    angle_deg: Annotated[float, within(0, 180)] = Field(
+    angle_deg: Annotated[float, number_within(0, 180)] = Field(
         0.05, description="largest angle between the tool on the thinned bead and on the checked one"
     )
 
@@ -185,27 +185,27 @@ class ControllerSection(Section):
         description="number in BASE_DATA, or a frame in the table's flange (in the arm's base where no axis moves the "
         "table); left out: the part's frame",
     )
-    machine: Annotated[int, within(1, 32)] = Field(2, description="index of the table in MACHINE_DEF")
-    blend_mm: Annotated[float, within(0, 1000)] | None = Field(
+    machine: Annotated[int, number_within(1, 32)] = Field(2, description="index of the table in MACHINE_DEF")
+    blend_mm: Annotated[float, number_within(0, 1000)] | None = Field(
         None, description="C_DIS within beads; left out: process.blend_mm"
     )
-    advance: Annotated[int, within(0, 5)] = Field(
+    advance: Annotated[int, number_within(0, 5)] = Field(
         3, description="$ADVANCE: number of points computed ahead; with 0 the arm stops in each"
     )
-    points_a_module: Annotated[int, within(10, 100_000)] = Field(
+    points_a_module: Annotated[int, number_within(10, 100_000)] = Field(
         1000,
         description="largest number of moves in one file; longer layers are split; known programs have 500 to 2500",
     )
     axis_speed_percent: Percent = Field(30.0, description="$VEL_AXIS of PTP moves")
     axis_acceleration_percent: Percent = Field(50.0, description="$ACC_AXIS")
     external_speed_percent: Percent = Field(100.0, description="$VEL_EXTAX: the table's axes")
-    acceleration_mm_s2: Annotated[float, within(1, 1e5)] = Field(2300.0, description="$ACC.CP")
-    turn_speed_deg_s: Annotated[float, within(0.1, 1e4)] = Field(200.0, description="$VEL.ORI1 and $VEL.ORI2")
-    memory_mb: Annotated[float, within(0.1, 1000)] = Field(
-        4.0, description="the controller's memory for programs; a warning tells of a larger program"
+    acceleration_mm_s2: Annotated[float, number_within(1, 1e5)] = Field(2300.0, description="$ACC.CP")
+    turn_speed_deg_s: Annotated[float, number_within(0.1, 1e4)] = Field(200.0, description="$VEL.ORI1 and $VEL.ORI2")
+    memory_mb: Annotated[float, number_within(0.1, 1000)] = Field(
+        4.0, description="the controller's memory for programs; a larger program gets a warning"
     )
-    points_a_second: Annotated[float, within(0.1, 1000)] = Field(
-        4.0, description="points of a bead in a second above which a controller may slow down; a warning tells of more"
+    points_a_second: Annotated[float, number_within(0.1, 1000)] = Field(
+        4.0, description="points of a bead in a second above which a controller may slow down; more get a warning"
     )
     thinning: Thinning = Thinning()
     hooks: Hooks = Hooks()

@@ -23,24 +23,24 @@ from .number_lists import values_of
 MOST_NAME, MOST_PATH, MOST_LIST = 200, 4096, 10_000
 
 
-def within(low: float, high: float) -> Any:
+def number_within(low: float, high: float) -> Any:
     """What a number of a case has to lie within, both ends allowed."""
     return Field(ge=low, le=high)
 
 
-Coordinate = Annotated[float, within(-1e5, 1e5)]  # mm; 100 m
-Angle = Annotated[float, within(-3600, 3600)]  # deg
-Length = Annotated[float, within(0.001, 1e5)]  # mm, of something that is there
-LayerHeight = Annotated[float, within(0.01, 1000)]  # mm
-BeadWidth = Annotated[float, within(0.05, 1000)]  # mm
-Distance = Annotated[float, within(0, 1000)]  # mm
-Tolerance = Annotated[float, within(1e-4, 100)]  # mm
-Speed = Annotated[float, within(0.01, 1e5)]  # mm/s
-AxisRate = Annotated[float, within(0.001, 1e6)]  # deg/s, deg/s2
-LayerNumber = Annotated[int, within(0, 1_000_000)]
-Count = Annotated[int, within(0, 1_000_000_000)]
-Seconds = Annotated[float, within(0, 86_400)]
-RightAngle = Annotated[float, within(0, 90)]  # an angle from a line: more than 90 would exclude everything
+Coordinate = Annotated[float, number_within(-1e5, 1e5)]  # mm; 100 m
+Angle = Annotated[float, number_within(-3600, 3600)]  # deg
+Length = Annotated[float, number_within(0.001, 1e5)]  # mm, of something that is there
+LayerHeight = Annotated[float, number_within(0.01, 1000)]  # mm
+BeadWidth = Annotated[float, number_within(0.05, 1000)]  # mm
+Distance = Annotated[float, number_within(0, 1000)]  # mm
+Tolerance = Annotated[float, number_within(1e-4, 100)]  # mm
+Speed = Annotated[float, number_within(0.01, 1e5)]  # mm/s
+AxisRate = Annotated[float, number_within(0.001, 1e6)]  # deg/s, deg/s2
+LayerNumber = Annotated[int, number_within(0, 1_000_000)]
+Count = Annotated[int, number_within(0, 1_000_000_000)]
+Seconds = Annotated[float, number_within(0, 86_400)]
+RightAngle = Annotated[float, number_within(0, 90)]  # an angle from a line: more than 90 would exclude everything
 Vec2 = tuple[Coordinate, Coordinate]
 Vec3 = tuple[Coordinate, Coordinate, Coordinate]
 Angles3 = tuple[Angle, Angle, Angle]

@@ -13,7 +13,20 @@ from pydantic import Field, field_validator, model_validator
 
 from slicing import BeadParameters, Meaning, SlicingParameters
 
-from .fields import MOST_LIST, Angle, Coordinate, FileName, Length, Name, Section, Tolerance, Vec2, Vec3, asked, within
+from .fields import (
+    MOST_LIST,
+    Angle,
+    Coordinate,
+    FileName,
+    Length,
+    Name,
+    Section,
+    Tolerance,
+    Vec2,
+    Vec3,
+    asked,
+    number_within,
+)
 
 NO_PART = "none"  # as part: nothing is built
 
@@ -22,7 +35,7 @@ class BodySection(Section):
     """The central body the sub-volumes stand on, its axis along the part's z: a cylinder, a cone or a profile."""
 
     radius_mm: Coordinate | None = Field(None, description="radius of the cylinder, or of the cone at z = 0")
-    half_angle_deg: Annotated[float, within(-89, 89)] | None = Field(
+    half_angle_deg: Annotated[float, number_within(-89, 89)] | None = Field(
         None, description="angle between the cone's axis and its side; above 0 it widens upwards"
     )
     profile_mm: Annotated[list[Vec2], Field(max_length=MOST_LIST)] | None = Field(
@@ -123,7 +136,7 @@ class Sampling(Section):
     chord_tolerance_mm: Tolerance = Field(
         0.3, description="largest distance between the bead and the straight line from target to target"
     )
-    min_segment_mm: Annotated[float, within(0.01, 1e5)] = Field(
+    min_segment_mm: Annotated[float, number_within(0.01, 1e5)] = Field(
         3.0, description="least distance between two targets of a bead"
     )
 

@@ -42,7 +42,7 @@ def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
         message = _range_in_words(where, problem["ctx"]) or message
     if key == "roll" and problem["type"] == "literal_error":
         message = "must be free, {fixed_deg: ..} or {range_deg: [low, high]}"
-    shown = "" if isinstance(value, dict) and value == content else f" (is {shortened(value)})"
+    shown = "" if isinstance(value, dict) and value == content else f" (is {excerpt(value)})"
     return f"{key}: {message[:1].lower() + message[1:]}{shown}"
 
 
@@ -86,7 +86,7 @@ def _keys_of(location: tuple[int | str, ...], content: object, missing: bool) ->
     return keys
 
 
-def shortened(value: object) -> str:
+def excerpt(value: object) -> str:
     """A value in some sixty characters; of a large one only its beginning is written at all."""
     text = _Short().repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

@@ -22,7 +22,7 @@ from ..errors import InputError
 from ..shipped import case_path, is_path
 from .cell_sections import NO_TABLE
 from .fields import FileName
-from .problems import first_problem, shortened
+from .problems import excerpt, first_problem
 from .sections import Case
 from .yaml12 import load_yaml
 
@@ -77,7 +77,7 @@ def _read(path: Path, read: list[Path]) -> object:
         name = EXTENDS.validate_python(content["extends"])
     except ValidationError:
         raise InputError(
-            f"{path}: extends: must be the name of a case file (is {shortened(content['extends'])})"
+            f"{path}: extends: must be the name of a case file (is {excerpt(content['extends'])})"
         ) from None
     base = path.parent / name
     if base.resolve() in [known.resolve() for known in read]:

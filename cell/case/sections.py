@@ -28,7 +28,7 @@ from .fields import (
     Section,
     Speed,
     Title,
-    within,
+    number_within,
 )
 from .part_sections import NO_PART, BeadsSection, Part, Sampling, Slicing, Support
 from .table_section import Table
@@ -59,17 +59,17 @@ class Checks(Section):
     clearance_mm: Distance = Field(5.0, description="least distance between the arm with its torch and everything else")
     wrist_deg: RightAngle = Field(5.0, description="least angle of A5 from the pose in which A4 and A6 are in line")
     elbow_deg: RightAngle = Field(5.0, description="least angle of the elbow from stretched or folded flat")
-    shoulder_mm: Annotated[float, within(0, 1e4)] = Field(
+    shoulder_mm: Annotated[float, number_within(0, 1e4)] = Field(
         50.0, description="least distance of the wrist's centre from the axis of A1"
     )
-    sigma: Annotated[float, within(0, 10)] = Field(
+    sigma: Annotated[float, number_within(0, 10)] = Field(
         0.02, description="least singular value of the Jacobian; only for arms without a spherical wrist"
     )
     off_bead_mm: Distance = Field(0.05, description="motions from files: largest distance of the TCP from the bead")
-    off_wire_deg: Annotated[float, within(0, 180)] = Field(
+    off_wire_deg: Annotated[float, number_within(0, 180)] = Field(
         0.05, description="motions from files: largest angle between the wire and the direction of the target"
     )
-    gravity_max_deg: Annotated[float, within(0, 180)] | None = Field(
+    gravity_max_deg: Annotated[float, number_within(0, 180)] | None = Field(
         None, description="largest angle between the deposition direction and up; null: no limit"
     )
     overhang_mm: Distance | None = Field(
@@ -77,7 +77,7 @@ class Checks(Section):
     )
     every_target: bool = Field(
         False,
-        description="check every target of a part that cannot be built, however long that takes (`rbam check --all`)",
+        description="check every target of a part that cannot be built, however long it takes (`--every-target`)",
     )
 
 
@@ -87,8 +87,10 @@ class Ik(Section):
     solver: Literal["auto", "closed_form", "dls"] = Field(
         "auto", description="closed form where the arm has one, else damped least squares (dls)"
     )
-    roll_step_deg: Annotated[float, within(0.5, 90)] = Field(15.0, description="step between the rolls that are tried")
-    seeds: Annotated[int, within(1, 256)] = Field(
+    roll_step_deg: Annotated[float, number_within(0.5, 90)] = Field(
+        15.0, description="step between the rolls that are tried"
+    )
+    seeds: Annotated[int, number_within(1, 256)] = Field(
         16, description="number of start configurations of least squares for each target"
     )
 
@@ -98,25 +100,25 @@ class Process(Section):
 
     deposition_speed_mm_s: Speed = Field(8.0, description="speed of the TCP along a bead")
     travel_speed_mm_s: Speed = Field(100.0, description="speed of the TCP while it leaves and approaches the part")
-    retract_mm: Annotated[float, within(0.01, 1e4)] = Field(
+    retract_mm: Annotated[float, number_within(0.01, 1e4)] = Field(
         30.0, description="distance by which the torch draws back from a bead before it travels"
     )
-    blend_mm: Annotated[float, within(0, 1000)] = Field(
+    blend_mm: Annotated[float, number_within(0, 1000)] = Field(
         1.0,
         description="distance before and after a corner of a bead at which the controller rounds it (KUKA: C_DIS); "
         "below 0.01 it stops in the corner",
     )
-    least_speed_share: Annotated[float, within(0, 1)] = Field(
+    least_speed_share: Annotated[float, number_within(0, 1)] = Field(
         0.5, description="least share of the deposition speed over any 5 mm of a bead; a lower speed is infeasible"
     )
     dwell_s: Seconds = Field(0.0, description="wait between the layers of a sub-volume, with the torch retracted")
     arc_on_s: Seconds = Field(0.0, description="wait at the start of a bead while the arc is struck")
     arc_off_s: Seconds = Field(0.0, description="wait at the end of a bead while the crater is filled")
-    travel_attempts: Annotated[int, within(1, 1_000_000)] = Field(
+    travel_attempts: Annotated[int, number_within(1, 1_000_000)] = Field(
         3000, description="number of configurations tried for a travel where the direct ones are not free"
     )
-    density_g_cm3: Annotated[float, within(0.01, 100)] = Field(7.85, description="density of the metal")
-    wire_diameter_mm: Annotated[float, within(0.01, 100)] = Field(1.2, description="diameter of the wire")
+    density_g_cm3: Annotated[float, number_within(0.01, 100)] = Field(7.85, description="density of the metal")
+    wire_diameter_mm: Annotated[float, number_within(0.01, 100)] = Field(1.2, description="diameter of the wire")
     speed_by_thickness: list[tuple[Distance, Speed]] | None = Field(
         None,
         description="rows [thickness_mm, speed_mm_s] by growing thickness, interpolated; instead of "

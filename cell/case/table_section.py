@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from .fields import MOST_LIST, Angle, LayerNumber, Name, Section, within
+from .fields import MOST_LIST, Angle, LayerNumber, Name, Section, number_within
 
 
 class TablePoseSection(Section):
@@ -49,7 +49,7 @@ class Table(Section):
     axes: Annotated[list[Literal["E1", "E2"]], Field(min_length=1, max_length=2)] | None = Field(
         None, description="of mode coordinated: axes that move; left out: all axes of the positioner"
     )
-    upright_deg: Annotated[float, within(0, 180)] | None = Field(
+    upright_deg: Annotated[float, number_within(0, 180)] | None = Field(
         None, description="of mode coordinated: largest angle between the deposition direction and up; left out: 10"
     )
 

@@ -94,10 +94,11 @@ def _add_check(commands: Commands) -> None:
     check.add_argument("--json", metavar="F", help="write the report rbam-report/1 (- for stdout)")
     check.add_argument("--html", metavar="F.html", help="write a page with the part in 3D: one file, works offline")
     check.add_argument(
-        "--all",
+        "--every-target",
         action="store_true",
-        help="look at every target of a part that cannot be built, however long that takes (checks.every_target)",
+        help="check every target of a part that cannot be built, however long that takes (checks.every_target)",
     )
+    check.add_argument("--all", action="store_true", dest="every_target", help=argparse.SUPPRESS)  # its former name
     check.add_argument(
         "--all-reasons",
         action="store_true",
@@ -121,13 +122,13 @@ def _add_check(commands: Commands) -> None:
         help="check this robot program (KRL), run as the controller would, instead of searching a motion",
     )
 
-    _jobs_argument(check)
+    _process_count_argument(check)
 
 
 def _add_export(commands: Commands) -> None:
     export = _command(commands, "export", "write the checked motion as a robot program", EXPORT_TEXT)
     _case_arguments(export)
-    _jobs_argument(export)
+    _process_count_argument(export)
     export.add_argument(
         "--motion-in", metavar="F.csv|F.npz", help="write this motion, once it is checked, instead of searching one"
     )
@@ -208,7 +209,7 @@ def _add_sweep(commands: Commands) -> None:
 def _add_replay(commands: Commands) -> None:
     replay = _command(commands, "replay", "show the checked motion: window, browser, picture or film", REPLAY_TEXT)
     _case_arguments(replay)
-    _jobs_argument(replay)
+    _process_count_argument(replay)
     _replay_arguments(replay)
 
 
@@ -236,8 +237,8 @@ all along. Every infeasible target has a reason:
   gravity       the bead is laid too far off upright (if the case sets a limit)
   overhang      the layer overhangs too far (if the case sets a limit)
 Once a part is known to be infeasible, the search for its lost targets is limited: 500 configurations (20,000 for
-parts of up to 600 targets) and 1 more for each target, spread evenly over the part. Targets that were not looked at
-for this reason are counted as such. --all looks at every target.
+parts of up to 600 targets) and 1 more for each target, spread evenly over the part. Targets that were not checked
+for this reason are counted. --every-target checks all of them.
 
 For an infeasible case the smallest change that helps is searched and checked: the roll, E1, E2, the position of
 the positioner, the height of the support or the position of the part, the stick-out, the deposition speed,
@@ -284,7 +285,7 @@ total score F. A higher score is better."""
 SWEEP_TEXT = """\
 Every pose gets the verdict of rbam check at those angles. Two kinds of poses are settled without a search: the
 table collides, or some target by itself has no free configuration. Their count covers only the targets that were
-looked at ("12+": at least 12). Feasible poses are ranked by the largest angle off upright (in steps of 5 deg),
+checked ("12+": at least 12). Feasible poses are ranked by the largest angle off upright (in steps of 5 deg),
 then by clearance (1 mm), singularity margin, distance to the joint limits, and time. The grid may also stand in the
 case's section sweep.
 
@@ -344,7 +345,7 @@ def _replay_arguments(replay: argparse.ArgumentParser) -> None:
     replay.add_argument("--port", type=int, metavar="N", help="port of --web (default: the first free from 8080)")
 
 
-def _jobs_argument(parser: argparse.ArgumentParser) -> None:
+def _process_count_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--jobs",
         type=int,

@@ -28,7 +28,7 @@ def load(args: argparse.Namespace) -> Case:
 
     case = load_case(args.case or DEFAULT_CASE)
     if getattr(args, "roll", None) is not None:
-        case = with_changes(case, roll=parse_roll(args.roll))
+        case = with_changes(case, roll=roll_argument(args.roll))
     return _at_table(args, case)
 
 
@@ -59,7 +59,7 @@ def _finite(name: str, value: float) -> float:
     return value
 
 
-def parse_roll(text: str) -> Any:
+def roll_argument(text: str) -> Any:
     """A roll as the command line writes it; see ``cell.case.roll_text``."""
     from ..case.roll_text import parse_roll as parsed
 

@@ -12,7 +12,7 @@ from ..processes.worker_pool import working
 from .case_options import load, refuse_outputs
 from .console import put_json, say
 from .exit_codes import FEASIBLE, INFEASIBLE
-from .process_count import jobs_of
+from .process_count import process_count
 from .progress_bar import Bars
 from .verbosity import is_quiet, is_verbose
 
@@ -41,15 +41,15 @@ def run(args: argparse.Namespace) -> int:
         from ..motion.motion_file import check_suffix
 
         check_suffix(args.motion)
-    jobs = jobs_of(args)
+    processes = process_count(args)
     case = load(args)
-    if args.all:
+    if args.every_target:
         case = _with_every_target(case)
     refuse_outputs(args, case, "json", "motion", "html")
     from ..report.check_report import report_lines
     from ..verdict.by_table_mode import prepare_and_check
 
-    result = prepare_and_check(case, Bars(sys.stderr), jobs=jobs)
+    result = prepare_and_check(case, Bars(sys.stderr), processes=processes)
     if args.motion:
         if result.motion is None:
             sys.stderr.write(f"rbam: {args.motion} not written: an infeasible case has no motion\n")
@@ -111,7 +111,7 @@ def _check_given(args: argparse.Namespace) -> int:
     kind = "--motion-in: the motion is checked" if args.motion_in else "--program: the program is checked"
     html = args.html if args.motion_in else None
     given = {
-        "--all": args.all or None,
+        "--every-target": args.every_target or None,
         "--motion": args.motion,
         "--html": html,
         "--e1": args.e1,
@@ -120,7 +120,7 @@ def _check_given(args: argparse.Namespace) -> int:
     for name, value in given.items():
         if value is not None:
             raise InputError(f"{name}: does not go with {kind} as it stands in the file")
-    jobs = jobs_of(args)
+    processes = process_count(args)
     case = load(args)
     if args.program:
         from .program_file import check_program_file
@@ -135,7 +135,7 @@ def _check_given(args: argparse.Namespace) -> int:
 
     check_suffix(args.motion_in)
     job, read = read_in_order(args.motion_in, prepare(case))
-    with working(jobs):
+    with working(processes):
         result = check_motion(job, read)
     if args.json:
         put_json(args.json, motion_document(result, args.motion_in))

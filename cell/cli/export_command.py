@@ -14,7 +14,7 @@ from ..case.files import case_files
 from ..errors import InputError
 from .case_options import load
 from .exit_codes import FEASIBLE, INFEASIBLE
-from .process_count import jobs_of
+from .process_count import process_count
 from .progress_bar import Bars
 from .verbosity import is_quiet
 
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     case = load(args)
     if not (args.krl or args.csv or args.robodk):
         raise InputError("export: no output; give --krl DIR, --csv F.csv or --robodk F.py")
-    jobs = jobs_of(args)
+    processes = process_count(args)
     if args.motion_in and args.jobs is not None:
         raise InputError("--jobs: leave it out with --motion-in: no motion is searched")
     folder = None if args.krl is None else _folder(args.krl)
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     check_outputs({"--csv": args.csv, "--robodk": args.robodk}, read)
     from ..programs.export import export_program
 
-    job, motion = _checked_motion(args.motion_in, case, jobs)
+    job, motion = _checked_motion(args.motion_in, case, processes)
     if motion is None:
         what, how = (args.motion_in, " --motion-in") if args.motion_in else (case.path, "")
         sys.stderr.write(f"rbam: {what}: infeasible: no program is written; rbam check{how} says why\n")
@@ -60,12 +60,12 @@ def run(args: argparse.Namespace) -> int:
     return FEASIBLE
 
 
-def _checked_motion(path: str | None, case: Case, jobs: int) -> tuple[Job, Motion | None]:
+def _checked_motion(path: str | None, case: Case, processes: int) -> tuple[Job, Motion | None]:
     """The motion that is searched, or a file's, and whose it is: layers in the order of building; None: infeasible."""
     if path is None:
         from ..verdict.by_table_mode import prepare_and_check
 
-        result = prepare_and_check(case, Bars(sys.stderr), jobs=jobs)
+        result = prepare_and_check(case, Bars(sys.stderr), processes=processes)
         return result.job, result.motion
     from ..job.job import prepare
     from ..motion.file_order import read_in_order

@@ -1,6 +1,6 @@
 """How many processes a command works in.
 
-prepare_and_check(case, bars, jobs=jobs_of(args))
+prepare_and_check(case, bars, processes=process_count(args))
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..processes.worker_pool import cores
 
 
-def jobs_of(args: argparse.Namespace) -> int:
+def process_count(args: argparse.Namespace) -> int:
     """The processes asked for, or one a core: what is found does not depend on it, and small parts start none.
 
     Raises:

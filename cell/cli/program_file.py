@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..processes.worker_pool import working
 from .console import put_json, say
 from .exit_codes import FEASIBLE, INFEASIBLE
-from .process_count import jobs_of
+from .process_count import process_count
 
 if TYPE_CHECKING:
     from ..case.sections import Case
@@ -58,7 +58,7 @@ def check_program_file(args: argparse.Namespace, case: Case) -> int:
     if case.part.absent and args.html:
         raise InputError("--html: shows a part being built; the case has none (part: none)")
     job = bare_job(case) if case.part.absent else prepare(case)
-    with working(jobs_of(args)):
+    with working(process_count(args)):
         result = checked_program(args.program, job)
     if args.json:
         put_json(args.json, program_report(result, args.program))

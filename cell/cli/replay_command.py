@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from ..errors import InputError
 from .case_options import load
 from .exit_codes import FEASIBLE
-from .process_count import jobs_of
+from .process_count import process_count
 from .progress_bar import Bars
 from .verbosity import is_quiet
 
@@ -115,12 +115,12 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
     from ..job.job import prepare
     from ..verdict.by_table_mode import check
 
-    jobs = jobs_of(args)
+    processes = process_count(args)
     job = prepare(case)
     if args.program is not None:
         return _checked_program(args, job)
     if args.motion_in is None:
-        return check(job, jobs=jobs, progress=Bars(sys.stderr))
+        return check(job, processes=processes, progress=Bars(sys.stderr))
     from ..motion.file_order import read_in_order
     from ..verification.motion_check import check_motion
     from ..view.shown_motion import played

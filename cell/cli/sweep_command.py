@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..atomic_files import STDOUT, write_bytes, write_csv, write_text
 from ..errors import InputError
-from .case_options import load, parse_roll, refuse_outputs
+from .case_options import load, refuse_outputs, roll_argument
 from .console import put_json, say
 from .exit_codes import FEASIBLE, INFEASIBLE
 from .progress_bar import Bars
@@ -29,15 +29,15 @@ def run(args: argparse.Namespace) -> int:
     from ..case.read import with_changes
     from ..pose_sweep.grid import grid
     from ..pose_sweep.ranking import sweep_document
-    from ..pose_sweep.sweep import require_standing, sweep
+    from ..pose_sweep.sweep import require_fixed_table, sweep
     from ..report.sweep_lines import sweep_lines
 
     case = load(args)
-    require_standing(case)
+    require_fixed_table(case)
     refuse_outputs(args, case, "json", "out", "csv", "picture", "html")
     rolls = list(dict.fromkeys(args.rolls or ()))
     if len(rolls) == 1:  # nothing to tell poses apart by: the case's own roll is another one
-        case = with_changes(case, roll=parse_roll(rolls.pop()))
+        case = with_changes(case, roll=roll_argument(rolls.pop()))
         case = with_changes(case, sweep=case.sweep.model_copy(update={"roll": []}))
     poses = grid(case, args.e1, args.e2, rolls=rolls, placements=args.positioner or (), height=args.height)
     if args.jobs is not None and args.jobs < 1:
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     if args.dask is not None and args.jobs is not None:
         raise InputError("--jobs: the Dask cluster has workers of its own; give either --jobs or --dask")
     with _executor(args.dask) as executor:
-        found = sweep(case, poses, jobs=args.jobs, log=args.out, progress=Bars(sys.stderr), executor=executor)
+        found = sweep(case, poses, processes=args.jobs, log=args.out, progress=Bars(sys.stderr), executor=executor)
     document = sweep_document(case, found)
     _put_sweep(args, case, document)
     say(sweep_lines(document), sys.stderr if args.json == STDOUT else sys.stdout)

@@ -3,10 +3,10 @@
     step, nearest = cut_corners(checker, radius, Path(q, s, zone), deposits_laid, found, least)  # steps not free
 
 A controller may round less than it is told to. Most corners are proved free however much they are rounded
-(``rounding_proofs``, ``rounding_sheets``), and only steps that this leaves are looked at: the path that is rounded
-most, which ``cell.timing.time_law`` times, and all that round less (``rounding_bisection``). A rounded path is made of
-parabolas (``rounded_paths``), of which it is known exactly how far they are off the rows and how far off their own
-chords.
+(``blend_proofs``, ``blend_sheets``), and only steps that this leaves are checked further: the path that is rounded
+most, which ``cell.timing.time_law`` times (``blend_chords``), and all that round less (``blend_bisection``). A rounded
+path is made of parabolas (``blended_paths``), of which it is known exactly how far they are off the rows and how far
+off their own chords.
 
 Radians and metres; a path's length may be in either.
 """
@@ -14,7 +14,7 @@ Radians and metres; a path's length may be in either.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,19 +23,17 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..timing.blending import blended, kept_zone, mirrored
+from .blend_bisection import colliding_blends
+from .blend_chords import BlendedSteps, not_proved_by_chords
+from .blend_proofs import KnownRows, every_blend_kept
+from .blend_sheets import StepSheets, sheets_kept
+from .blended_paths import NOTHING, BlendedPath, Parabolas, PathBlends, on_rows, pieces
 from .clearances import Clearances, SeesClearances
-from .proofs.between_samples import unproven_steps
 from .proofs.motion_bounds import curvature, joint_travel_bound
 from .proofs.plane_proofs import has_proofs, proofs_of
-from .rounded_paths import NOTHING, BlendedPath, Parabolas, Roundings, on_rows, pieces
-from .rounding_bisection import looked_at
-from .rounding_proofs import KnownRows, every_rounding_kept
-from .rounding_sheets import RoundedSteps, sheets_kept
 
-CHORD = 20e-6  # m: most that any point of the arm is off a chord of the rounded path by which it is proved free
-FINE_CHORD = 1e-6  # m: likewise where that is too much; less than what is proved beyond a clearance that is asked for
-HALVED = 6  # times that a step is halved before it is looked at by chords
-CLOSELY, PLACES = 100, 12  # of what is too near so many steps are looked at again, in so many places
+HALVED = 6  # times that a step is halved before it is checked by chords
+CLOSELY, PLACES = 100, 12  # of what is too near so many steps are checked again, in so many places
 
 
 def _off_rows(checker: SeesClearances, radius: Floats, path: BlendedPath, p: Parabolas, most: Floats) -> Floats:
@@ -46,7 +44,7 @@ def _off_rows(checker: SeesClearances, radius: Floats, path: BlendedPath, p: Par
         radius: of the arm about its joints.
         path: the rows.
         p: its parabolas.
-        most: where it is more than this by the joints' radii, (m - 1,), m, it is looked at more closely.
+        most: where it is more than this by the joints' radii, (m - 1,), m, it is checked more closely.
     """
     off = np.zeros(len(path.s) - 1)
     np.maximum.at(off, p.row, p.off)
@@ -98,7 +96,7 @@ def cut_corners(
         deposits_laid: deposits laid at each row, (m,).
         found: clearances at the rows, at least.
         least: clearance to be kept, m; 0: nothing is touched.
-        which: steps that are looked at, (m - 1,); all of them where left out.
+        which: steps that are checked, (m - 1,); all of them where left out.
         kept: clearance kept on each of them, at least, (m - 1,), m; where it is not known, left out or -inf.
 
     Returns:
@@ -126,7 +124,7 @@ def cut_corners_of(
     by_sheets = has_proofs(checker)
     left = [_not_by_rows(checker, radius, *one, by_sheets=by_sheets) for one in paths]
     asked = [
-        RoundedSteps(path, rows, np.flatnonzero(open_ & (rows.kept > rows.least)))
+        StepSheets(path, rows, np.flatnonzero(open_ & (rows.kept > rows.least)))
         for (path, rows), open_ in zip(paths, left, strict=True)
     ]
     some = [i for i, one in enumerate(asked) if len(one.steps)]
@@ -147,7 +145,7 @@ def _not_by_rows(
     if len(path.s) < 3:
         return np.zeros(len(path.s) - 1, dtype=bool)
     closely = not by_sheets or not (rows.kept[rows.which] > rows.least).all()
-    return rows.which & ~every_rounding_kept(checker, radius, path, rows, closely=closely)
+    return rows.which & ~every_blend_kept(checker, radius, path, rows, closely=closely)
 
 
 def _cut_where(
@@ -158,7 +156,7 @@ def _cut_where(
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
     step, nearest = _cut_on(checker, radius, path, replace(rows, which=left))
     left[step] = False
-    less = looked_at(checker, radius, path, rows, np.flatnonzero(left))
+    less = colliding_blends(checker, radius, path, rows, np.flatnonzero(left))
     both = np.concatenate([step, less.step])
     order = np.argsort(both, kind="stable")
     first, nearest = np.asarray(both[order]), Clearances.joined([nearest, less.nearest]).rows(order)
@@ -174,7 +172,7 @@ def _look_closely(
 
     Along each as it was found; where that is nearest, rounded over other zones; and along it by the best of these.
     """
-    run, s = Roundings(path.q, path.s - path.s[0]), path.s - path.s[0]
+    run, s = PathBlends(path.q, path.s - path.s[0]), path.s - path.s[0]
     widest = kept_zone(path.zone, s[-1])
     for n, k in enumerate(steps[:CLOSELY].tolist()):
         laid, places = np.full(PLACES, max(deposits_laid[k], deposits_laid[k + 1])), np.linspace(s[k], s[k + 1], PLACES)
@@ -190,7 +188,7 @@ def _look_closely(
 
 
 def _cut_on(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:
-    """As :func:`_cut`, of the part of a path on which there are steps to be looked at: the rest is not taken apart.
+    """As :func:`_cut`, of the part of a path on which there are steps to be checked: the rest is not taken apart.
 
     Rows further than the zone from a step say nothing of how it is rounded.
     """
@@ -220,7 +218,7 @@ def _cut(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: Known
     steps = rows.which & (off > NOTHING) & (rows.kept - off < least)
     q = blended(path.q, path.s, path.zone)
     known, sagitta = np.minimum(found.distance, checker.reach), np.diff(path.s) ** 2 / 8 * bend
-    # clearances where the rows come to lie, at least; by the dearer bound where the cheap one is not enough
+    # clearances where the rows come to lie, at least; by the costlier bound where the cheap one is not enough
     low = known - joint_travel_bound(radius, path.q, q)
     near = _ends(steps) & (low < least)
     # between its ends a point is off the chord by the sagitta at most, and the chord no nearer than half of what the
@@ -234,8 +232,8 @@ def _cut(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: Known
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
     k = k[low[k] + low[k + 1] - 2 * least <= checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]
-    run = _BlendedSteps(path, p, sagitta, low, deposits_laid)
-    open_, nearest = _not_proved(checker, radius, run, _left_by_halving(checker, radius, run, k, least), least)
+    run = BlendedSteps(path, p, sagitta, low, deposits_laid)
+    open_, nearest = not_proved_by_chords(checker, radius, run, _left_by_halving(checker, radius, run, k, least), least)
     both = Clearances.joined([seen.rows(hit), nearest])
     first, index = np.unique(np.concatenate([np.minimum(at[hit], len(path.s) - 2), open_]), return_index=True)
     return first, both.rows(index)
@@ -247,46 +245,7 @@ def _ends(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return out
 
 
-class _Nearer:
-    """Collision detection that takes everything for nearer than it is."""
-
-    def __init__(self, checker: SeesClearances, by: float) -> None:
-        self.checker, self.by, self.reach = checker, by, checker.reach - by
-
-    def travel_bound(self, radius: Floats, a: Floats, b: Floats, /) -> Floats:
-        """As of the checker."""
-        return self.checker.travel_bound(radius, a, b)
-
-    def bend_bound(self, radius: Floats, turn: Floats, /) -> Floats:
-        """As of the checker."""
-        return self.checker.bend_bound(radius, turn)
-
-    def clearances(self, q: Floats, deposits_laid: Ints, /) -> Clearances:
-        """As of the checker, less the distance."""
-        found = self.checker.clearances(q, deposits_laid)
-        return Clearances(found.distance - self.by, found.pair, found.position)
-
-
-@dataclass(frozen=True, eq=False)
-class _BlendedSteps:
-    """A rounded path and what is known of it.
-
-    Attributes:
-        path: the rows.
-        pieces: its parabolas.
-        sagitta: how far each step's rounded path is off its chord at most, (m - 1,), m.
-        low: clearance at least where the rows come to lie, (m,), m.
-        deposits_laid: deposits laid at each row, (m,).
-    """
-
-    path: BlendedPath
-    pieces: Parabolas
-    sagitta: Floats
-    low: Floats
-    deposits_laid: Ints
-
-
-def _left_by_halving(checker: SeesClearances, radius: Floats, run: _BlendedSteps, steps: Ints, least: float) -> Ints:
+def _left_by_halving(checker: SeesClearances, radius: Floats, run: BlendedSteps, steps: Ints, least: float) -> Ints:
     """Steps whose rounded path is not proved to keep a clearance by a few halvings of it.
 
     Between two of its points the rounded path is off their chord by an eighth of the square of the path's length times
@@ -334,69 +293,3 @@ def _most_bend(p: Parabolas, low: Floats, high: Floats) -> Floats:
     last = np.clip(np.searchsorted(p.s, high, side="left"), first + 1, len(p.bend))
     most: Floats = np.maximum.reduceat(np.append(p.bend, 0.0), np.stack([first, last], axis=1).ravel())[::2]
     return most
-
-
-def _not_proved(
-    checker: SeesClearances, radius: Floats, run: _BlendedSteps, steps: Ints, least: float
-) -> tuple[Ints, Clearances]:
-    """Steps whose rounded path cannot be proved to keep a clearance: by chords of it, the arm taken for thicker.
-
-    Args:
-        checker: collision detection.
-        radius: of the arm about its joints.
-        run: the rounded path.
-        steps: those in question, ascending.
-        least: clearance to be kept, m.
-
-    Returns:
-        Those that are not proved, and the nearest pair on each.
-    """
-    left, nearest = _by_chords(checker, radius, run, steps, least, CHORD)
-    # what fails for the thickness alone is looked at once more with less of it
-    close = np.flatnonzero(nearest.distance >= least - 2 * CHORD)
-    if not len(close):
-        return left, nearest
-    again, found = _by_chords(checker, radius, run, left[close], least, FINE_CHORD)
-    far = np.setdiff1d(np.arange(len(left)), close)
-    both = np.concatenate([left[far], again])
-    order = np.argsort(both, kind="stable")
-    return both[order], Clearances.joined([nearest.rows(far), found]).rows(order)
-
-
-def _by_chords(
-    checker: SeesClearances, radius: Floats, run: _BlendedSteps, steps: Ints, least: float, off: float
-) -> tuple[Ints, Clearances]:
-    """As :func:`_not_proved`, by chords that no point of the arm is further off than so much, m."""
-    path, p, sagitta, low, deposits_laid = run.path, run.pieces, run.sagitta, run.low, run.deposits_laid
-    if not len(steps):
-        return steps, Clearances.none(0)
-    first = np.searchsorted(p.row, np.arange(len(path.s)))
-    s = [_chords(p, int(first[k]), int(first[k + 1]), float(sagitta[k]), off) for k in steps]
-    at, of = np.concatenate(s), np.repeat(steps, [len(some) for some in s])
-    q, laid = blended(path.q, path.s, path.zone, at), np.maximum(deposits_laid[of], deposits_laid[of + 1])
-    begins = np.diff(of, prepend=-1) != 0
-    ends_ = np.append(begins[1:], True)
-    thick = _Nearer(checker, off)
-    found = Clearances.none(len(at))
-    found.distance[begins], found.distance[ends_] = low[steps] - off, low[steps + 1] - off
-    inner = np.flatnonzero(~begins & ~ends_)
-    seen = thick.clearances(q[inner], laid[inner])
-    found.distance[inner], found.pair[inner], found.position[inner] = seen.distance, seen.pair, seen.position
-    open_, nearest = unproven_steps(thick, radius, q, laid, found, of, least=least)
-    # what is left open after the last halving may have a bound at its ends and no pair
-    unnamed = np.flatnonzero(nearest.pair[:, 0] < 0)
-    named = checker.clearances(q[open_[unnamed]], laid[open_[unnamed]])
-    nearest.distance[unnamed] = np.minimum(named.distance, checker.reach)
-    nearest.pair[unnamed], nearest.position[unnamed] = named.pair, np.nan_to_num(named.position)
-    left, index = np.unique(of[open_], return_index=True)
-    return left, nearest.rows(index)
-
-
-def _chords(p: Parabolas, first: int, last: int, sagitta: float, off: float) -> Floats:
-    """Path lengths on a step, its ends among them, between which its parabolas are within ``off`` of straight."""
-    if sagitta <= off:
-        return p.s[[first, last]]
-    sagittas = np.diff(p.s[first : last + 1]) ** 2 / 8 * p.bend[first:last]
-    count = np.maximum(np.ceil(np.sqrt(sagittas / off)), 1).astype(np.int64)
-    some = [np.linspace(p.s[first + i], p.s[first + i + 1], n + 1)[:-1] for i, n in enumerate(count.tolist())]
-    return np.concatenate([*some, p.s[last : last + 1]])

@@ -1,4 +1,4 @@
-"""Which bodies of a large part are near enough to the arm to be looked at.
+"""Which bodies of a large part are near enough to the arm to be checked.
 
     near = BroadPhase.of(scene, data)              # None for a part of one body
     for room in near.rooms(q): ...             # q (m, n) rad: how far each body is from the arm at least, (b,) m

@@ -37,7 +37,7 @@ from .proofs.motion_bounds import CoupledBounds, MotionBounds, joint_travel_boun
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
-FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to look at first
+FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to search first
 DOUBTFUL = 0.01  # share of how far is looked: of small shapes that penetrate MuJoCo is off by up to 0.4 % of it
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
 STEPS_TOGETHER = 5_000  # that are bounded together: each takes some 4 kB meanwhile
@@ -144,7 +144,7 @@ class Checker:
         return _made, (self.scene, self.table, self.reach, self.without, self.pair_gap)
 
     def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:
-        """How far anything can travel towards anything on steps: what clearances at their ends are held against.
+        """How far anything can travel towards anything on steps: what clearances at their ends are compared with.
 
         Args:
             radius: from ``cell.collision.proofs.reach_radii.radii``, (n,), m.
@@ -332,7 +332,7 @@ class Checker:
             return
         self._far = far
         switched = self._switched
-        # it reports a pair out to the sum of its geoms' gaps, and of bodies further apart than this it looks at none
+        # it reports a pair out to the sum of its geoms' gaps, and of bodies further apart than this it reports none
         np.multiply(self._hard, far / 2, out=switched.geom_gap)
         np.multiply(self._hard_body, far / 2, out=switched.body_margin)
         switched.pair_gap.fill(far if self.pair_gap is None else self.pair_gap)

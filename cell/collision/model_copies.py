@@ -63,5 +63,5 @@ def lent(model: mujoco.MjModel) -> Iterator[Switched]:
 
 
 def discard_spare(model: mujoco.MjModel) -> None:
-    """Let go of the copies of a model that nobody has: where a check is over and memory is needed for something else."""
+    """Let go of the copies of a model that nobody has: once a check is over, memory is needed for something else."""
     _spare.pop(model, None)

@@ -1,7 +1,7 @@
 """The pairs that an arm's clearance is the least of, in two groups: with what is none of it, and with itself.
 
-    still = PairGroup(checker, itself=False)
-    itself = PairGroup(checker, itself=True, beside=still)   # with the same data of MuJoCo's
+    still = PairGroupChecker(checker, itself=False)
+    itself = PairGroupChecker(checker, itself=True, beside=still)   # with the same data of MuJoCo's
     still.pairs_within(q, deposits_laid, far)       # of the group's pairs alone
 
 Against what stands still a part of the arm gets nearer by its own travel; of two parts of the arm both may move. Every
@@ -21,7 +21,7 @@ from .clearances import SeesClearances
 REACH_ITSELF = 0.1  # m
 
 
-class PairGroup(Checker):
+class PairGroupChecker(Checker):
     """Collision detection of the arm against what is none of it, or of the arm against itself."""
 
     def __init__(
@@ -31,7 +31,7 @@ class PairGroup(Checker):
 
         Args:
             checker: of all pairs, of an arm at a table that stands.
-            itself: whether the arm is held against itself.
+            itself: whether the arm is checked against itself.
             beside: as of :class:`cell.collision.checker.Checker`.
             reach: distances are known out to here, m; as far as the checker's where left out.
         """
@@ -60,24 +60,24 @@ class PairGroup(Checker):
             switched.body_conaffinity[self._arm_body] = 0
 
 
-_made: weakref.WeakKeyDictionary[Checker, tuple[PairGroup, PairGroup]] = weakref.WeakKeyDictionary()
+_made: weakref.WeakKeyDictionary[Checker, tuple[PairGroupChecker, PairGroupChecker]] = weakref.WeakKeyDictionary()
 
 
-def pair_groups(checker: Checker) -> tuple[PairGroup, PairGroup]:
+def pair_groups(checker: Checker) -> tuple[PairGroupChecker, PairGroupChecker]:
     """The two groups of a checker's pairs, of an arm at a table that stands: against all else, and itself; made once.
 
     The arm is seen further from itself than from other things: nothing is mostly near it, and so few looks do.
     """
     if checker not in _made:
-        still = PairGroup(checker, itself=False, beside=checker)
-        itself = PairGroup(checker, itself=True, beside=checker, reach=max(checker.reach, REACH_ITSELF))
+        still = PairGroupChecker(checker, itself=False, beside=checker)
+        itself = PairGroupChecker(checker, itself=True, beside=checker, reach=max(checker.reach, REACH_ITSELF))
         _made[checker] = still, itself
     return _made[checker]
 
 
 def groups_of(checker: SeesClearances) -> Sequence[SeesClearances]:
     """Checkers whose pairs are together those of one: its two groups; itself where the table moves as well."""
-    if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
+    if not isinstance(checker, Checker) or isinstance(checker, PairGroupChecker):
         return (checker,)
     if len(checker.scene.arm_qpos) != checker.scene.chain.n:
         return (checker,)

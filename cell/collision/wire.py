@@ -4,7 +4,7 @@
     c = checker.clearances(q, deposits_laid)                 # of the wire from the part, out to 20 mm
 
 Drawn back along itself, a wire leaves the part the way it came; across, what its torch clears it need not clear. Far
-from the part, as on most of a way from home, nothing has to be looked at. Metres and radians.
+from the part, as on most of a way from home, nothing has to be checked. Metres and radians.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..scene.composition import Piece
+from ..scene.composition import BodyOwner
 from ..scene.contacts import SOLID
 from ..scene.scene import Scene
 from .arm_poses import joint_of_shapes
@@ -56,7 +56,7 @@ def _made_of(checker: Checker) -> Checker | None:
 
 
 class _WireChecker(Checker):
-    """Collision detection of a wire and a part: what is far from all of the part is not looked at."""
+    """Collision detection of a wire and a part: what is far from all of the part is not checked."""
 
     def __init__(
         self, scene: Scene, table: tuple[float, float], without: Collection[int], beside: Checker | None = None
@@ -118,7 +118,7 @@ def wire_scene(scene: Scene) -> Scene | None:
     wire = scene.wire_geom & scene.contact_bits.any(axis=0)
     if not wire.any():
         return None
-    part = np.isin(scene.piece_of_geom, (Piece.SUPPORT, Piece.PART))
+    part = np.isin(scene.piece_of_geom, (BodyOwner.SUPPORT, BodyOwner.PART))
     bits = np.stack([np.where(wire, SOLID, 0), np.where(part, SOLID, 0)]).astype(scene.contact_bits.dtype)
     bodies = scene.body_contype.copy()
     bodies[model.geom_bodyid[wire]] |= SOLID

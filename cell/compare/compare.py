@@ -51,7 +51,7 @@ from slicing import (
 from ..case.part_sections import Sampling
 from ..case.sections import Case
 from ..errors import InputError
-from ..job.job import ends_of
+from ..job.job import heights_of_body_ends
 from ..job.part_input import read_part
 from ..progress import phase
 from ..shipped import MODELS_DIR
@@ -191,7 +191,7 @@ def compare_case(case: Case) -> list[Comparison]:
         bodies = {strategy: of[k] for strategy, of in part.others.items() if fits(strategy, of[k])}
         if bodies["planar"].kind == "cylinder":
             bodies.pop("revolved", None)  # offsets of a cylinder are what "cylindrical" gives
-        ends = {strategy: ends_of(part, body) for strategy, body in bodies.items()}
+        ends = {strategy: heights_of_body_ends(part, body) for strategy, body in bodies.items()}
         found.append(compare_mesh(mesh, bodies, parameters, case.sampling, case.beads, ends))
     return found
 

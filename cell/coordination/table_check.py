@@ -15,7 +15,7 @@ from ik.chain import Floats
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.between_samples import unproven_steps
 from ..collision.proofs.reach_radii import table_radii
-from ..collision.table import TableChecker
+from ..collision.table_clearances import TableChecker
 from ..failure import Contact, Failure, Kind
 from ..job.job import Job
 from ..units import METRES_PER_MM

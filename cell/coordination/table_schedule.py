@@ -1,7 +1,7 @@
 """Where the table is at every target: the deposition direction near to up, the axes as slow as that allows.
 
     way = Schedule(freedom, upright, speed)
-    tables = way.along(normals, path, length, aim=aim).tables        # (n, 2) rad
+    tables = way.along(normals, bead_of_target, length, aim=aim).tables        # (n, 2) rad
 
 What is exactly upright is known in closed form: two solutions, and E2 undefined where a direction is along it. Taken is
 not that, but what comes with the least squares of the axes' speeds (each against what it can do) inside the cone about
@@ -29,7 +29,7 @@ from ..scene.table_freedom import TURN, TableFreedom
 MOST_ADJUSTMENTS = 80  # of the pulls' adjustment
 SHARES = (0.95, 0.85, 0.7, 0.5, 0.25)  # of the cone, to be kept at the targets, so that all of it is between them
 KEPT_CONE = 0.995  # of the cone, to be kept all along
-BETWEEN = np.linspace(0.0, 1.0, 9)  # places on the way from target to target that are looked at
+BETWEEN = np.linspace(0.0, 1.0, 9)  # places on the way from target to target that are checked
 TRAVEL = 0.5  # m that count for the way from bead to bead
 CALM = 0.5  # m of a bead over which the table comes back to upright where nothing else pulls it
 LEAST_LENGTH = 1e-5  # m between targets, at least
@@ -66,13 +66,13 @@ class Schedule:
     speed: Floats
 
     def along(
-        self, normals: Floats, path: Ints, length: Floats, *, side: int = 0, aim: Floats | None = None
+        self, normals: Floats, bead_of_target: Ints, length: Floats, *, side: int = 0, aim: Floats | None = None
     ) -> TableMotion:
         """Table angles at all targets of a part.
 
         Args:
             normals: deposition directions, (n, 3), part frame.
-            path: bead of each target, (n,), ascending.
+            bead_of_target: bead of each target, (n,), ascending.
             length: to the next target, (n - 1,), m.
             side: which of the two solutions beads begin with.
             aim: direction that is exact, (3,), base frame; up where left out.
@@ -80,13 +80,13 @@ class Schedule:
         Returns:
             The table's way; where ``off`` is beyond the cone none was found that keeps it.
         """
-        exact = self._tracked(normals, path, side, aim)
+        exact = self._tracked(normals, bead_of_target, side, aim)
         goal = self.freedom.kinematics.up if aim is None else aim
         lean = float(np.arccos(np.clip(goal @ self.freedom.kinematics.up, -1.0, 1.0)))
         best: TableMotion | None = None
         for share in SHARES:
-            tables = self._relaxed(normals, path, length, exact, share * (self.upright - lean), goal)
-            off = self._off(normals, path, tables)
+            tables = self._relaxed(normals, bead_of_target, length, exact, share * (self.upright - lean), goal)
+            off = self._off(normals, bead_of_target, tables)
             if best is None or off.max() < best.off.max() - SAME_LEAN:
                 best = TableMotion(tables, off)
             if off.max() <= KEPT_CONE * self.upright:
@@ -94,16 +94,16 @@ class Schedule:
         assert best is not None
         return best
 
-    def _tracked(self, normals: Floats, path: Ints, side: int, aim: Floats | None) -> Floats:
+    def _tracked(self, normals: Floats, bead_of_target: Ints, side: int, aim: Floats | None) -> Floats:
         """Exactly upright angles, (n, 2): one solution all along a bead, in turns that the axes have."""
         f = self.freedom
         some = f.exact(normals, aim)
         if not f.moves[1]:
-            return self._tilted(some[0], path)
+            return self._tilted(some[0], bead_of_target)
         width = f.turns(normals, some[0], self.upright).min(axis=1)
         free = width >= np.pi / 2  # E2 does as it likes: another solution may follow
         out = np.empty_like(some[0])
-        ends = np.flatnonzero(np.diff(path, prepend=-1, append=path[-1] + 1))
+        ends = np.flatnonzero(np.diff(bead_of_target, prepend=-1, append=bead_of_target[-1] + 1))
         before: Floats | None = None
         for first, stop in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
             mine, wide = some[:, first:stop], np.stack([width[first:stop]] * 2, axis=1)
@@ -121,10 +121,10 @@ class Schedule:
             out[free, 0] = (E1 + np.pi) % TURN - np.pi
         return out
 
-    def _tilted(self, exact: Floats, path: Ints) -> Floats:
+    def _tilted(self, exact: Floats, bead_of_target: Ints) -> Floats:
         """Angles (n, 2) of a table that E1 alone moves: steady along a bead, in turns that it has."""
         out = exact.copy()
-        ends = np.flatnonzero(np.diff(path, prepend=-1, append=path[-1] + 1))
+        ends = np.flatnonzero(np.diff(bead_of_target, prepend=-1, append=bead_of_target[-1] + 1))
         before: float | None = None
         for first, stop in pairwise(ends.tolist()):
             bead = np.unwrap(exact[first:stop, 0])
@@ -180,11 +180,13 @@ class Schedule:
     def _speed(self) -> Floats:
         return np.where(np.isfinite(self.speed), self.speed, UNKNOWN_SPEED)
 
-    def _relaxed(self, normals: Floats, path: Ints, length: Floats, exact: Floats, cone: float, goal: Floats) -> Floats:
+    def _relaxed(
+        self, normals: Floats, bead_of_target: Ints, length: Floats, exact: Floats, cone: float, goal: Floats
+    ) -> Floats:
         """Angles of least squared speed inside a cone about a direction, (n, 2), and inside the axes' ranges."""
         f = self.freedom
         n = len(normals)
-        same = np.diff(path) == 0
+        same = np.diff(bead_of_target) == 0
         stiff = 1.0 / np.where(same, np.maximum(length, LEAST_LENGTH), TRAVEL)
         weight = 1.0 / self._speed() ** 2
         pull = f.kinematics.pull(exact, normals)  # (n, 2, 3)
@@ -219,11 +221,11 @@ class Schedule:
         out[bad] = exact[bad] + low[:, None] * (tables[bad] - exact[bad])
         return out
 
-    def _off(self, normals: Floats, path: Ints, tables: Floats) -> Floats:
+    def _off(self, normals: Floats, bead_of_target: Ints, tables: Floats) -> Floats:
         """Greatest angle from up at each target and on the way to the next of its bead, (n,), rad."""
         k = self.freedom.kinematics
         off = k.off(tables, normals)
-        on = np.flatnonzero(np.diff(path) == 0)
+        on = np.flatnonzero(np.diff(bead_of_target) == 0)
         for t in BETWEEN[1:-1]:
             there = great_circle(normals[on], normals[on + 1], np.full(len(on), t))
             off[on] = np.maximum(off[on], k.off(tables[on] + t * (tables[on + 1] - tables[on]), there))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 SCRIPTS = (  # in order of use
     *("data", "math", "scene", "meshes", "shaders", "buffers", "viewer", "controls"),
-    *("charts", "sortable", "table", "paint", "report"),
+    *("charts", "sortable", "target_list", "paint", "report"),
 )
 
 
@@ -66,12 +66,12 @@ def html_report(result: Result, remedies: Sequence[Remedy] = ()) -> str:
         "settings": words.settings(),
         "table_hidden": "hidden" if good else "",
         "x_name": "Time" if result.motion is not None else "Target",
-        "data": packed(result),
+        "data": page_data(result),
     }
     return page("report.html", script_of(SCRIPTS), fill)
 
 
-def packed(result: Result, budget: PageBudget = BUDGET) -> str:
+def page_data(result: Result, budget: PageBudget = BUDGET) -> str:
     """The page's numbers, as ``cell.html.pack`` writes them."""
     pack = Pack()
     job, t = result.job, result.job.targets
@@ -90,7 +90,7 @@ def packed(result: Result, budget: PageBudget = BUDGET) -> str:
             "normal": pack.steps(t.normal * 32767),
             "thickness": pack.steps(t.thickness_mm * METRES_PER_MM, 1e7 if few else 1e6),
             "layer": pack.steps(t.layer),
-            "bead": pack.steps(t.path),
+            "bead": pack.steps(t.bead),
             "sub_volume": pack.steps(t.sub_volume_index),
             "verdict": pack.put([verdicts.index(row.reason or "feasible") for row in result.rows], "u1"),
             **_over_nothing(pack, job),

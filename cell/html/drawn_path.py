@@ -1,6 +1,6 @@
 """The samples of a result that its page shows.
 
-    path = path_of(result)
+    path = drawn_path(result)
     worst_of_steps(path, lambda first, stop: path.arm[first:stop])      # (k, c), one row a step sent
 
 A feasible result is shown over time. Where its samples are too many to be sent they are gathered into steps, each with
@@ -80,7 +80,7 @@ class DrawnPath:
         return np.asarray(self.arm[:, k] if k < n else self.table[:, k - n])
 
 
-def path_of(result: Result, budget: PageBudget = BUDGET) -> DrawnPath:
+def drawn_path(result: Result, budget: PageBudget = BUDGET) -> DrawnPath:
     """The samples of a result."""
     n = len(result.rows)
     if result.motion is not None:

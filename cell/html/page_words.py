@@ -46,7 +46,7 @@ REASON_WORDS = {
     "external": "with an axis that is not given",
     "blend": "with corners rounded too far",
     "arc": "with the arc on or off in the wrong place",
-    NOT_LOOKED_AT: "not looked at",
+    NOT_LOOKED_AT: "not checked",
 }
 VERDICTS = (*GRAVEST_FIRST, *(reason for reason in REASON_WORDS if reason not in GRAVEST_FIRST))
 
@@ -83,9 +83,9 @@ class PageWords:
         if looked == n:
             return f"{bad} of {n} targets cannot be welded at this table pose: {_joined(counts)}."
         return (
-            f"{bad} of the {looked} targets that were looked at cannot be welded at this table pose: "
+            f"{bad} of the {looked} targets that were checked cannot be welded at this table pose: "
             f"{_joined(counts)}. "
-            f"{n - looked} of the part's {n} targets were not looked at."
+            f"{n - looked} of the part's {n} targets were not checked."
         )
 
     def worst(self) -> str:
@@ -117,10 +117,10 @@ class PageWords:
         job, d, n = self.result.job, self.document, len(self.result.rows)
         yield "Table pose", self._pose()
         looked = self.result.looked_at
-        of = f"{n} targets" if looked == n else f"the {looked} targets looked at ({n - looked} were not)"
+        of = f"{n} targets" if looked == n else f"the {looked} targets checked ({n - looked} were not)"
         yield "Reached", f"{looked - self.result.infeasible} of {of}"
         layers = sum(job.layers)
-        beads = int(job.targets.path.max()) + 1
+        beads = int(job.targets.bead.max()) + 1
         parts = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) > 1)}"
         made = f"sliced {escape(job.case.slicing.strategy)}" if job.sliced else "of a toolpath"
         yield "Part", f"{parts}, {layers} layers, {beads} beads, {made}"
@@ -228,7 +228,7 @@ def _of_played(result: Played) -> str:
     """A motion or a program from outside in a sentence."""
     assert result.motion is not None
     name = "The motion" if result.program is None else f"The program {result.program.program.name}"
-    how = "held against the cell" if result.program is None else "run as the controller would and held against the cell"
+    how = "checked in the cell" if result.program is None else "run as the controller would and checked in the cell"
     times = f"{_duration(float(result.motion.t_s[-1]))}, {_duration(result.motion.arc_time)} of it with the arc on"
     took = f"{name} was {how}: {times}."
     if not result.findings:

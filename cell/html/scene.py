@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 
 from ..collision.model_copies import discard_spare
-from ..scene.composition import Piece
+from ..scene.composition import BodyOwner
 from ..verdict.result import Result
-from ..view.camera import camera, middle, still
+from ..view.camera import camera, still, target_to_show
 from ..view.stage_scene import PALE_RED, RED, VISIBLE, StagedScene
 from .pack import Pack
 from .shapes import geom_json, geom_triangles
@@ -132,7 +132,7 @@ def _role(result: Result, staged: StagedScene, geom: int) -> str:
         return "part"
     if not scene.arm_geom[geom]:
         return "cell"
-    return "tool" if scene.piece_of_geom[geom] == Piece.TOOL else "arm"
+    return "tool" if scene.piece_of_geom[geom] == BodyOwner.TOOL else "arm"
 
 
 def _culprits(result: Result, staged: StagedScene) -> dict[str, list[int]]:
@@ -154,9 +154,9 @@ def _culprits(result: Result, staged: StagedScene) -> dict[str, list[int]]:
 def _cameras(result: Result, staged: StagedScene) -> dict[str, Any]:
     """The best looks over the whole motion, as films choose them; the page fits the distance to its own shape."""
     n = len(result.rows)
-    some = sorted({0, n // 4, middle(result), 3 * n // 4, n - 1})
+    some = sorted({0, n // 4, target_to_show(result), 3 * n // 4, n - 1})
     known = [i for i in some if result.rows[i].q is not None or result.rows[i].attempt is not None]
-    frames = [still(result, i) for i in known or [middle(result)]]
+    frames = [still(result, i) for i in known or [target_to_show(result)]]
     views = {}
     for name in ("cell", "torch"):
         found = camera(staged, "cell" if name == "cell" else "torch", SQUARE, frames)

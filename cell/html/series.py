@@ -18,13 +18,13 @@ from ik.singularity import KINDS, margins
 from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.table import with_table_axes
+from ..collision.table_clearances import with_table_axes
 from ..job.table_winding import upright_of
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM
 from ..verdict.result import Result
 from ..view.shown_motion import Played
-from .drawn_path import BUDGET, SAMPLES_AT_ONCE, DrawnPath, PageBudget, note_of, path_of, worst_of_steps
+from .drawn_path import BUDGET, SAMPLES_AT_ONCE, DrawnPath, PageBudget, drawn_path, note_of, worst_of_steps
 from .pack import Pack
 from .page_words import in_plain_words
 
@@ -44,7 +44,7 @@ def path_json(pack: Pack, result: Result, budget: PageBudget = BUDGET) -> dict[s
         See ``web/charts.js`` for the charts; ``pairs`` are the nearest geoms' names, ``pair`` the number of each
         step's among them (-1: none within reach); ``note`` what the charts do not show, empty where that is nothing.
     """
-    path = path_of(result, budget)
+    path = drawn_path(result, budget)
     clear = _clearances(result, path)
     names, index = _pairs(result, clear)
     charts = [*_angles(result, path), *_speeds(result, path), _clearance(result, path, clear)]

@@ -21,7 +21,7 @@ from .pack import Pack
 from .page import page, script_of, template
 from .page_words import REASON_WORDS
 
-SCRIPTS = ("data", "sweep_map", "sortable", "sweep_table", "sweep")  # in order of use
+SCRIPTS = ("data", "sweep_map", "sortable", "pose_list", "sweep")  # in order of use
 
 
 def html_sweep(case: Case, document: dict[str, Any]) -> str:

@@ -1,6 +1,6 @@
 """The order in which layers are built, and what their targets and beads are called whatever it is.
 
-    targets, order = ordered(targets, layers, [(0, 0, 7), (1, 0, 7), (0, 8, 20), (1, 8, 20)])
+    targets, order = in_build_order(targets, layers, [(0, 0, 7), (1, 0, 7), (0, 8, 20), (1, 8, 20)])
     order.target[17]                                 # the number that files give to target 17
     order.deposit[1][8]                              # the number of the deposit that is layer 8 of sub-volume 1
 
@@ -54,7 +54,7 @@ def _back(number: Ints, asked: Ints) -> Ints:
     return out
 
 
-def ordered(targets: Targets, layers: Sequence[int], runs: Sequence[LayerRun]) -> tuple[Targets, BuildOrder]:
+def in_build_order(targets: Targets, layers: Sequence[int], runs: Sequence[LayerRun]) -> tuple[Targets, BuildOrder]:
     """Targets in the order in which layers are built.
 
     Args:
@@ -75,13 +75,13 @@ def ordered(targets: Targets, layers: Sequence[int], runs: Sequence[LayerRun]) -
         mine = targets.sub_volume_index == k
         when[mine] = numbers[targets.layer[mine]]
     index = np.argsort(when, kind="stable")
-    path = targets.path[index]
+    path = targets.bead[index]
     first_of = np.flatnonzero(np.diff(path, prepend=-1))
     beads = path[first_of]
     names = ("sub_volume_index", "layer", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
     moved = replace(
         targets,
-        path=np.repeat(np.arange(len(beads)), np.diff(np.append(first_of, len(path)))),
+        bead=np.repeat(np.arange(len(beads)), np.diff(np.append(first_of, len(path)))),
         closed=targets.closed[beads],
         **{name: getattr(targets, name)[index] for name in names},
     )

@@ -1,4 +1,4 @@
-"""A cell without a part: what a program can be held against where nobody says what it builds.
+"""A cell without a part: in which a program is checked where it is not known what it builds.
 
 job = bare_job(load_case("cell.case.yaml"))       # part: none
 len(job.targets), job.scene.n_deposits            # 0, 0

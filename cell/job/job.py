@@ -50,10 +50,10 @@ from ..processes.worker_pool import pool
 from ..progress import phase
 from ..scene.compose import compose
 from ..scene.drives import Drives, drives
-from ..scene.placement import place
+from ..scene.placement import place_targets
 from ..scene.scene import Scene, table_angles
 from ..units import METRES_PER_MM
-from .build_order import BuildOrder, layers_of, ordered, ordered_shape
+from .build_order import BuildOrder, in_build_order, layers_of, ordered_shape
 from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_runs, check_table
 from .table_winding import for_moving_table
@@ -128,7 +128,7 @@ class Job:
     def Ts_base_target(self) -> Floats:
         """Targets at roll 0 at the case's own table pose, (n, 4, 4), m, base frame."""
         table = table_angles(self.scene, self.case.table.E1_deg, self.case.table.E2_deg)
-        return place(self.targets, self.scene.T_base_part(*table)).Ts_base_target
+        return place_targets(self.targets, self.scene.T_base_part(*table)).Ts_base_target
 
     @property
     def layers(self) -> tuple[int, ...]:
@@ -170,7 +170,7 @@ class Job:
 
         The layer being laid does not count, unless a bead of it lies there already.
         """
-        layer, path = self.laid - 1, self.targets.path
+        layer, path = self.laid - 1, self.targets.bead
         first_bead = np.full(self.shape.n_deposits, np.iinfo(np.int64).max)
         np.minimum.at(first_bead, layer, path)
         return layer + (path > first_bead[layer])
@@ -240,7 +240,7 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
 
             first = (slice_body(part.body_solid, part.round_body, case.slicing),)
         return first + tuple(
-            slice_sub_volume(mesh, body, case.slicing, ends_of(part, body))
+            slice_sub_volume(mesh, body, case.slicing, heights_of_body_ends(part, body))
             for mesh, body in zip(part.meshes, part.bodies, strict=True)
         )
     except PartError as error:
@@ -249,7 +249,7 @@ def slice_part(case: Case, part: PartInput) -> tuple[SlicedSubVolume, ...]:
         raise InputError(f"{error}{hints}") from None
 
 
-def ends_of(part: PartInput, body: Body) -> tuple[float, float]:
+def heights_of_body_ends(part: PartInput, body: Body) -> tuple[float, float]:
     """Where the body that is there ends along the part's axis, as a sub-volume sees it.
 
     Args:
@@ -358,7 +358,7 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     targets, order, layers = path.targets, None, layers_of(shape)
     runs = build_runs(case, targets.sub_volume, layers)
     if runs is not None:
-        targets, order = ordered(targets, layers, runs)
+        targets, order = in_build_order(targets, layers, runs)
         shape = ordered_shape(shape, order.deposit)
     scene = compose(case, shape)
     check_table(case, scene)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..scene.compose import compose
-from .build_order import LayerRun, ordered, ordered_shape
+from .build_order import LayerRun, in_build_order, ordered_shape
 from .job import Job
 
 
@@ -26,6 +26,6 @@ def in_order(job: Job, runs: Sequence[LayerRun]) -> Job:
     layers = job.layers
     if list(runs) == [(k, 0, count - 1) for k, count in enumerate(layers)]:
         return job
-    targets, order = ordered(job.targets, layers, runs)
+    targets, order = in_build_order(job.targets, layers, runs)
     shape = ordered_shape(job.shape, order.deposit)
     return replace(job, shape=shape, targets=targets, scene=compose(job.case, shape), order=order)

@@ -1,7 +1,7 @@
-"""What the case's section ``table`` asks for, held against the sub-volumes and the positioner.
+"""What the case's section ``table`` asks for, compared with the sub-volumes and the positioner.
 
 order = build_order(case, names)          # the order in which its poses build the sub-volumes
-check_table(case, scene, names, layers)   # refuses what it asks for in vain
+check_table(case, scene, names, layers)   # refuses what cannot be had
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def build_runs(case: Case, names: Sequence[str], layers: Sequence[int]) -> list[
 
 
 def check_table(case: Case, scene: Scene) -> None:
-    """Refuse what the section ``table`` asks of the positioner in vain.
+    """Refuse what the section ``table`` asks of the positioner and cannot be had.
 
     Args:
         case: the case.

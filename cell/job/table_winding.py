@@ -75,7 +75,7 @@ def for_moving_table(case: Case, scene: Scene, targets: Targets) -> tuple[Target
 
 
 def _sub_volume(targets: Targets, bead: int) -> int:
-    return int(targets.sub_volume_index[np.searchsorted(targets.path, bead)])
+    return int(targets.sub_volume_index[np.searchsorted(targets.bead, bead)])
 
 
 def split_beads(targets: Targets, freedom: TableFreedom, upright: float) -> tuple[Targets, dict[int, int]]:
@@ -90,7 +90,7 @@ def split_beads(targets: Targets, freedom: TableFreedom, upright: float) -> tupl
         The targets, and how many pieces each of the beads is in.
     """
     low, high = freedom.low[1], freedom.high[1]
-    ends = np.flatnonzero(np.diff(targets.path, prepend=-1, append=targets.path[-1] + 1))
+    ends = np.flatnonzero(np.diff(targets.bead, prepend=-1, append=targets.bead[-1] + 1))
     cuts: list[int] = []
     pieces: dict[int, int] = {}
     for first, stop in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
@@ -98,7 +98,7 @@ def split_beads(targets: Targets, freedom: TableFreedom, upright: float) -> tupl
         if freedom.moves[1] and np.isfinite(low) and np.isfinite(high):
             mine = _cuts(targets.normal[first:stop], freedom, upright)
         cuts += [first + k for k in mine]
-        pieces[int(targets.path[first])] = len(mine) + 1
+        pieces[int(targets.bead[first])] = len(mine) + 1
     return (_split(targets, np.array(cuts)) if cuts else targets), pieces
 
 
@@ -185,13 +185,13 @@ def _split(targets: Targets, cuts: Ints) -> Targets:
     index = np.insert(np.arange(len(t)), cuts, cuts)
     begins = np.zeros(len(index), dtype=np.int64)
     begins[cuts + np.arange(1, len(cuts) + 1)] = 1
-    path = t.path[index] + np.cumsum(begins)
+    path = t.bead[index] + np.cumsum(begins)
     first = np.flatnonzero(np.diff(path, prepend=-1))
-    whole = ~np.isin(t.path, t.path[cuts])
-    closed = np.asarray(t.closed)[t.path[index[first]]] & whole[index[first]]
+    whole = ~np.isin(t.bead, t.bead[cuts])
+    closed = np.asarray(t.closed)[t.bead[index[first]]] & whole[index[first]]
     return replace(
         t,
-        path=path,
+        bead=path,
         closed=closed,
         sub_volume_index=t.sub_volume_index[index],
         layer=t.layer[index],

@@ -6,7 +6,7 @@
 At a target the wire lies along the deposition direction, whatever the arm does. It may touch the part, since its end
 stands in the bead; what it may not do is to run through metal that is there already. A wire is taken to do so where its
 whole cross-section does: along a wall that a bead is laid at it may graze. A sub-volume's own lower layers lie below
-all of its beads, and are not looked at. Part frame, mm.
+all of its beads, and are not checked. Part frame, mm.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 from slicing import PartShape, Targets, hull_planes
 
-from ..arrays import Ints, counted
+from ..arrays import Ints, repeat_with_index
 from ..case.sections import Case
 from ..failure import Contact, Failure, Kind
 from ..scene.scene import Scene
@@ -31,12 +31,12 @@ from ..units import METRES_PER_MM
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-STEP_MM = 1.0  # along a bead, between wires that are looked at
+STEP_MM = 1.0  # along a bead, between wires that are checked
 BEAD_SLACK_MM = 0.5  # above a bead's own thickness, from where on metal counts: curved layers are chords
 SKIN_LINES = 8  # lines on a wire's skin that stand for its cross-section, beside its axis
-LARGE_SIZE = 4.0  # times the usual size, from which on a piece is held against all wires
-FEW_PIECES = 64  # pieces, up to which all are held against all wires
-CHUNK = 4096  # wires looked at in one go
+LARGE_SIZE = 4.0  # times the usual size, from which on a piece is compared with all wires
+FEW_PIECES = 64  # pieces, up to which all are compared with all wires
+CHUNK = 4096  # wires checked in one go
 NEIGHBOURS = 4  # targets for which one plane is looked for
 OUTSIDE_MM = 1e-6  # outside a plane by more than this, so that rounding does not matter
 Planes = tuple[Floats, Floats]  # outward normals (p, 3) and offsets (p,) of a convex piece
@@ -161,8 +161,8 @@ class Metal:
         all between them, whose directions are mixed of theirs. Neighbours are tried with one plane: of those that the
         wire in their middle leads away from the one that it is furthest off.
         """
-        n = len(t.path)
-        after = np.minimum(np.arange(n) + np.append(np.diff(t.path) == 0, False), n - 1)
+        n = len(t.bead)
+        after = np.minimum(np.arange(n) + np.append(np.diff(t.bead) == 0, False), n - 1)
         free = t.thickness_mm + BEAD_SLACK_MM
         in_bead = np.minimum(free, free[after])[:, None]
         from_there, to_there = t.position + in_bead * t.normal, t.position[after] + in_bead * t.normal[after]
@@ -225,7 +225,7 @@ class _BoxTree:
     Attributes:
         low: least coordinates of every piece, (m, 3).
         high: greatest.
-        large: numbers of the large pieces, which are held against every wire.
+        large: numbers of the large pieces, which are compared with every wire.
         small: of all others.
         size: half the diagonal of the largest of these.
         tree: their middles; None where there are few, all of them large then.
@@ -368,11 +368,11 @@ def _along(t: Targets, which: NDArray[np.bool_]) -> tuple[Ints, Floats, Floats]:
     Returns:
         The nearest target, the place and the direction out of each.
     """
-    n = len(t.path)
+    n = len(t.bead)
     step = np.linalg.norm(np.diff(t.position, axis=0), axis=1)
-    count = np.where(np.diff(t.path) == 0, np.maximum(np.ceil(step / STEP_MM), 1), 1).astype(np.int64)
+    count = np.where(np.diff(t.bead) == 0, np.maximum(np.ceil(step / STEP_MM), 1), 1).astype(np.int64)
     count = np.append(count, 1) * which
-    row, place = counted(count)
+    row, place = repeat_with_index(count)
     f = place / count[row]
     after = np.minimum(row + 1, n - 1)
     mix = f[:, None]

@@ -31,7 +31,7 @@ EXACT_SHARE = 1e-4  # share of the solid's volume that its hulls may hold beside
 PLANES = 12  # that are tried for a cut
 LEAST_GAIN = 1e-5  # share of a hull's volume, of rounding
 TRIANGLES = 4000  # that planes are tried on at each cut: fewer planes for finer meshes
-WORK = 60_000  # triangles looked at for cuts in all
+WORK = 60_000  # triangles checked for cuts in all
 THIN = 1e-6  # thickness over length of what may be left where a cut runs along a face
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 HELD = 1e-5  # share of a mesh's length by which its surface may be outside its pieces: rounding

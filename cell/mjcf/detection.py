@@ -3,14 +3,14 @@
     make_detectable(world, case)              # the last step before a scene is compiled
     lean_cylinders(model)                     # the first one after
 
-Random pairs of all kinds of shapes were held against a second engine (``bench/soundness/collision_engines.py``). Unsafe
-in MuJoCo 4.0 are: a capsule and a box, where the capsule runs through the box with both ends outside (no contact); two
-boxes (distances up to 46 mm too large); any convex pair of which several contacts are computed (``multiccd``: the
-deepest may be left out, 240 mm deep reads as 2 mm apart); and any convex pair far out with the 35 iterations that are
-the default (17 mm deep reads as 8 mm apart), of shapes of a few millimetres with 500 of them too. So boxes become
-meshes of their eight corners, which leaves their surface as it is, one contact a pair is computed, and the iterations
-are no limit. A mesh collides as its whole convex hull. Height fields, signed distance fields and deformable bodies are
-refused: MuJoCo reports the first 50 contacts of a pair, among which the nearest need not be.
+Random pairs of all kinds of shapes were compared with a second engine (``bench/soundness/collision_engines.py``).
+Unsafe in MuJoCo 4.0 are: a capsule and a box, where the capsule runs through the box with both ends outside (no
+contact); two boxes (distances up to 46 mm too large); any convex pair of which several contacts are computed
+(``multiccd``: the deepest may be left out, 240 mm deep reads as 2 mm apart); and any convex pair far out with the 35
+iterations that are the default (17 mm deep reads as 8 mm apart), of shapes of a few millimetres with 500 of them too.
+So boxes become meshes of their eight corners, which leaves their surface as it is, one contact a pair is computed, and
+the iterations are no limit. A mesh collides as its whole convex hull. Height fields, signed distance fields and
+deformable bodies are refused: MuJoCo reports the first 50 contacts of a pair, among which the nearest need not be.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def make_detectable(world: mujoco.MjSpec, case: Case) -> None:
         if mesh.name in meshes:
             mesh.maxhullvert = WHOLE_HULL
     for geom in solid:
-        # a margin of the model's own shifts what is looked at
+        # a margin of the model's own shifts the distances that are searched
         geom.margin = geom.gap = 0.0
         if geom.type == GEOM.mjGEOM_BOX:
             _as_corners(world, geom)

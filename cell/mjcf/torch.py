@@ -9,7 +9,7 @@ own lengths, and the same named geoms take them: no other file changes.
     spec = mujoco.MjSpec.from_file("models/cmt_torch/cmt_torch.xml")
     longer = TorchDimensions(neck_angle_deg=45, stick_out_mm=12)
     shape_torch(spec, longer)        # the geoms, the bend and the site `tcp` follow
-    tcp_in_flange(longer)            # the same tcp in closed form, metres
+    tcp_of_dimensions(longer)            # the same tcp in closed form, metres
 
 The flange frame is KUKA's null tool frame (z away from the flange). The torch runs along z (mount, body),
 bends by the neck angle towards +x, and ends with a straight neck, the gas nozzle and the wire. Dimensions are
@@ -120,7 +120,7 @@ class TorchDimensions:
             )
 
 
-def tcp_in_flange(d: TorchDimensions) -> np.ndarray:
+def tcp_of_dimensions(d: TorchDimensions) -> np.ndarray:
     """Place the wire's end in the flange frame.
 
     With the neck angle a, the bend's radius r, the bend's start at h = mount + body and the straight length

@@ -20,7 +20,7 @@ from ik.chain import Floats
 
 if TYPE_CHECKING:
     from ..arrays import Ints
-from ..failure import Failure, Kind, Place, SlowdownCause, Where
+from ..failure import Failure, FailurePlace, Kind, SlowdownCause, Where
 
 HELD = 0.98  # share from which on a speed counts as held
 STRETCH = 5e-3  # m of a bead over which its speed is to be held: about its width, what the weld pool covers
@@ -47,7 +47,7 @@ class HeldSpeed:
 
     @property
     def judged(self) -> Floats:
-        """What is held against the share asked for, (n,): the least over stretches, where that is known."""
+        """What is compared with the share asked for, (n,): the least over stretches, where that is known."""
         if np.isfinite(self.least).any():
             return self.least
         return self.ratio
@@ -137,7 +137,7 @@ def _slow(held_speed: HeldSpeed, i: int, least_share: float) -> Failure:
         limit=least_share,
         axis=str(held_speed.axis[i]),
         cause=SlowdownCause(str(held_speed.by[i]), round(float(held_speed.taken_s[i]), 4)),
-        place=Place(Where.BEAD, from_target=i),
+        place=FailurePlace(Where.BEAD, from_target=i),
     )
 
 

@@ -130,7 +130,7 @@ def required(motion: Motion | None) -> Motion:
     return motion
 
 
-STANDING = 1e-9  # m or rad: less is no way
+NO_MOVE = 1e-9  # m or rad: less is no way
 
 
 JUMP = np.deg2rad(15.0)  # more than this between samples is another configuration, not a motion

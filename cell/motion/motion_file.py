@@ -348,18 +348,18 @@ def _check_numbers(path: str | Path, motion: Motion, row: NDArray[np.int64], job
             i = int(np.argmax(bad))
             values = {name: int(getattr(motion, name)[i]) for name in WHOLE_COLUMNS}
             k = min(max(values["target"], 0), len(t) - 1)
-            raise InputError(f"{path}: row {row[i] + 1}: " + what.format(**values, own=t.path[k], its=t.layer[k]))
+            raise InputError(f"{path}: row {row[i] + 1}: " + what.format(**values, own=t.bead[k], its=t.layer[k]))
 
     refuse((motion.arc != 0) & (motion.arc != 1), "arc is 0 or 1 (is {arc})")
     refuse(
         (motion.target < 0) | (motion.target >= len(t)),
         f"target {{target}} does not exist; the case has 0 to {len(t) - 1}",
     )
-    refuse(motion.bead != t.path[motion.target], "target {target} belongs to bead {own}, not {bead}")
+    refuse(motion.bead != t.bead[motion.target], "target {target} belongs to bead {own}, not {bead}")
     refuse(motion.layer != t.layer[motion.target], "target {target} belongs to layer {its}, not {layer}")
     if not motion.arc.any():
         raise InputError(f"{path}: arc is 0 in every row, so nothing is welded")
-    welded = np.bincount(motion.bead[motion.arc == 1], minlength=int(t.path.max()) + 1)
+    welded = np.bincount(motion.bead[motion.arc == 1], minlength=int(t.bead.max()) + 1)
     refuse(
         (motion.arc == 1) & (welded[motion.bead] < 2),
         "bead {bead} has one row with the arc on; a bead needs at least two",

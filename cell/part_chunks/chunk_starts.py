@@ -15,9 +15,9 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..planning.configurations import evaluate
+from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
-from ..planning.edge_check import UNKNOWN_SPEED
+from ..planning.edges.edge_check import UNKNOWN_SPEED
 from ..planning.part_plan import KnownBead, known_bead
 from .chunking import Chunk
 
@@ -49,7 +49,7 @@ def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead, li
 def _nearest(context: Context, i: int, q_before: Floats | None) -> Floats | None:
     """The free configuration of a target that is reached first; where none is free, whence it would have been."""
     placed = context.placed.rows([i])
-    nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step, context.limits)
+    nodes = nodes_at_rolls(context.solver, placed, context.window, context.settings.roll_step, context.limits)
     some = np.isfinite(nodes.cost)
     q, cost = nodes.q[some], nodes.cost[some]
     if q_before is not None:

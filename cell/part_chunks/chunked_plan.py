@@ -15,17 +15,18 @@ from dataclasses import dataclass, replace
 
 from ..failure import Failure
 from ..job.job import Job
-from ..planning.bead_search import BeadPlan
+from ..planning.bead_outcome import BeadPlan
+from ..planning.bead_plan import reduced_budget
 from ..planning.context import Context
-from ..planning.edge_check import Stretch
-from ..planning.part_plan import BeadRun, PartPlan, plan_beads, plan_part, reduced_budget, travel_failure
-from ..planning.travels.travel import TravelWay
+from ..planning.edges.edge_check import Stretch
+from ..planning.part_plan import BeadRun, PartPlan, PlannedRun, plan_part, plan_run, plan_runs, travel_failure
+from ..planning.travels.travel import TravelPath
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
-from ..progress import Progress, counted
+from ..progress import Progress
 from .chunk_starts import beginnings
-from .chunking import Chunk, pool_for
-from .joins import JoinedBead, joint_of, same_end, unwound
+from .chunking import Chunk, pool_for_chunks
+from .joins import JoinedBead, joint_of, same_end, turned_to_chunk_before
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,26 +53,30 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     Args:
         shared: the part and what it is planned with.
         chunks: from :class:`cell.part_chunks.chunking.Chunking`.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The plan; of a part in one chunk, what ``plan_part`` gives.
     """
     context = shared.context
     if len(chunks) == 1:
-        return plan_part(context, shared.job.targets.path, progress)
-    workers = pool_for(chunks)
+        return plan_part(context, shared.job.targets.bead, progress)
+    workers = pool_for_chunks(chunks)
     workers.get_ready(shared, len(chunks), copies=False)
     known, q_before = beginnings(context, chunks)
     workers.get_ready(shared, len(chunks))  # before a bar is shown, which has a thread of its own
-    with counted(progress, "beads", sum(len(chunk.firsts) for chunk in chunks)) as count:
-        share = 1 / len(chunks)
-        runs = [
-            BeadRun(chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share)
-            for chunk, q in zip(chunks, q_before, strict=True)
-        ]
-        plans = workers.run(_planned, shared, runs, count, [len(chunk) for chunk in chunks])
-    return join_chunks(shared, plans, workers)
+    share = 1 / len(chunks)
+    runs = [
+        BeadRun(
+            chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share, lost=not known.bead.whole
+        )
+        for chunk, q in zip(chunks, q_before, strict=True)
+    ]
+
+    def planned(some: Sequence[BeadRun], count: Tick) -> list[PlannedRun]:
+        return workers.run(_planned, shared, some, count, [run.targets_left for run in some])
+
+    return join_chunks(shared, plan_runs(runs, planned, progress), workers)
 
 
 def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool | None = None) -> PartPlan:
@@ -88,8 +93,8 @@ def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool |
     return _Joining(shared, plans, workers or WorkerPool(1)).plan()
 
 
-def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PartPlan:
-    return plan_beads(shared.context, run, tick)
+def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PlannedRun:
+    return plan_run(shared.context, run, tick)
 
 
 def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBead:
@@ -102,12 +107,12 @@ class _Joining:
     def __init__(self, shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool) -> None:
         self.shared, self.context, self.workers = shared, shared.context, workers
         self.beads: list[BeadPlan] = []
-        self.travels: dict[int, TravelWay] = {}  # by the first target of the bead that they lead to
+        self.travels: dict[int, TravelPath] = {}  # by the first target of the bead that they lead to
         self.travel_failures: dict[int, Failure] = {}
         self.joins: list[int] = []  # the first bead of each chunk after the first that is to be led to
         for plan in plans:
             if plan.stretches and any(bead.stretches for bead in self.beads):
-                plan = unwound(self.context, self._before(len(self.beads)), plan)
+                plan = turned_to_chunk_before(self.context, self._before(len(self.beads)), plan)
             begins = next((k for k, bead in enumerate(plan.beads) if bead.stretches), None)
             if begins is not None and plan.beads[begins].whole and any(bead.stretches for bead in self.beads):
                 self.joins.append(len(self.beads) + begins)
@@ -168,10 +173,10 @@ class _Joining:
             k += 1
 
 
-def _travels_of(plan: PartPlan) -> dict[int, TravelWay]:
+def _travels_of(plan: PartPlan) -> dict[int, TravelPath]:
     """The travels of a plan by the first target of the bead that they lead to."""
     travels = iter(plan.travels)
-    out: dict[int, TravelWay] = {}
+    out: dict[int, TravelPath] = {}
     begun = False
     for bead in plan.beads:
         if begun and bead.whole and bead.first not in plan.travel_failures:

@@ -4,7 +4,7 @@
     run.motion, run.failures, run.clearance
 
 Rows are put in where beads need them, corners are rounded, rows get their times, and what comes least is looked for. A
-part in one chunk is looked at as a whole. Radians, metres, seconds.
+part in one chunk is checked as a whole. Radians, metres, seconds.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from ..failure import Failure
 from ..motion.deposition_speed import too_slow
 from ..motion.motion import Motion
 from ..planning.assemble import RunBeads, TimedBeads, assemble, corners, timed
-from ..planning.densify import densified
+from ..planning.edges.densify import densified
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeTravels
 from ..processes.worker import Tick
-from ..progress import Progress, counted
+from ..progress import Progress, counted_progress
 from .chunked_plan import Shared
-from .chunking import Chunk, pool_for
+from .chunking import Chunk, pool_for_chunks
 from .least_values import LeastValue, least_clearance, least_margin, least_of, least_sigma, nearest_sample, samples_of
 
 
@@ -70,7 +70,7 @@ def run_in_chunks(
         chunks: of the part.
         plan: in which every bead is whole and every travel found.
         home: the ways from home and back.
-        progress: told how far it is, where there are several chunks.
+        progress: called with how far it is, where there are several chunks.
 
     Returns:
         What became of it.
@@ -78,9 +78,9 @@ def run_in_chunks(
     job, context = shared.job, shared.context
     runs = _runs(chunks, plan, home)
     known = _nearest_known(runs)
-    with counted(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
+    with counted_progress(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
         sizes = [sum(len(stretch.q) for stretch in run.stretches) for run in runs]
-        found = pool_for(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes)
+        found = pool_for_chunks(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes)
     from_home = home is not None and (home.out is not None or home.back is not None)
     motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
     failures: dict[int, Failure] = {}

@@ -58,7 +58,7 @@ class Chunking:
             One at least; the last takes over what would be too short for one of its own.
         """
         mine = slice(span.first, span.stop)
-        begins = np.diff(targets.path[mine], prepend=-1) != 0
+        begins = np.diff(targets.bead[mine], prepend=-1) != 0
         layer = np.stack([targets.sub_volume_index[mine], targets.layer[mine]])
         new_layer = (np.diff(layer, axis=1, prepend=-1) != 0).any(axis=0)
         firsts = np.flatnonzero(begins)
@@ -79,7 +79,7 @@ class Chunking:
 USUAL = Chunking()
 
 
-def pool_for(chunks: Sequence[Chunk]) -> WorkerPool:
+def pool_for_chunks(chunks: Sequence[Chunk]) -> WorkerPool:
     """Who works on chunks: processes that begin with nothing only where there is enough to do for them.
 
     Args:

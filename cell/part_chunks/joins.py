@@ -1,6 +1,6 @@
 """From the end of one chunk to the beginning of the next.
 
-    plan = unwound(context, last, plan)             # the next chunk, in the turns that joints have come to
+    plan = turned_to_chunk_before(context, last, plan)  # the next chunk, in the turns that joints have come to
     joint = joint_of(context, last, bead)
     joint.bead, joint.way
 
@@ -19,11 +19,12 @@ import numpy as np
 from ik.chain import Floats
 
 from ..failure import Failure
-from ..planning.bead_search import BeadPlan
+from ..planning.bead_outcome import BeadPlan
+from ..planning.bead_plan import travel_to
 from ..planning.context import Context
-from ..planning.edge_check import Stretch
-from ..planning.part_plan import PartPlan, travel_to
-from ..planning.travels.travel import TravelWay
+from ..planning.edges.edge_check import Stretch
+from ..planning.part_plan import PartPlan
+from ..planning.travels.travel import TravelPath
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +37,10 @@ class JoinedBead:
     """
 
     bead: BeadPlan | None
-    way: TravelWay | Failure
+    way: TravelPath | Failure
 
 
-def unwound(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
+def turned_to_chunk_before(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
     """A chunk turned by the whole turns that the arm's joints are off its beginning, where the limits allow it.
 
     Args:
@@ -63,7 +64,7 @@ def _turned(plan: PartPlan, turn: Floats) -> PartPlan:
     def stretch(s: Stretch) -> Stretch:
         return replace(s, q_targets=s.q_targets + turn, q=s.q + turn)
 
-    def way(found: TravelWay) -> TravelWay:
+    def way(found: TravelPath) -> TravelPath:
         rows = found.q.copy()
         rows[:, : len(turn)] += turn
         return found._replace(q=rows)

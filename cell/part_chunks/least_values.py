@@ -18,11 +18,11 @@ from ik.singularity import KINDS, least_singular_value
 
 from ..arrays import Ints
 from ..collision.clearances import Clearances
-from ..collision.proofs.between_samples import least_on_the_way
+from ..collision.proofs.between_samples import least_between_samples
 from ..planning.assemble import RunBeads
 from ..planning.context import Context
-from ..planning.edge_check import Stretch
-from ..planning.travels.travel import TravelWay
+from ..planning.edges.edge_check import Stretch
+from ..planning.travels.travel import TravelPath
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
         (s.axes, s.clearances, s.kept, context.deposits_before[s.edge], s.edge) for s in run.stretches
     ]
 
-    def add(way: TravelWay, deposits_laid: int, target: int) -> None:
+    def add(way: TravelPath, deposits_laid: int, target: int) -> None:
         m = len(way.q)
         runs.append((way.q, way.clearances, way.kept, np.full(m, deposits_laid), np.full(m, target)))
 
@@ -106,7 +106,7 @@ def least_clearance(context: Context, samples: RunSamples, known: float) -> Leas
     """
     s = samples
     checker, radius = context.checker, context.radius
-    at, nearest = least_on_the_way(
+    at, nearest = least_between_samples(
         checker, radius, s.axes, s.deposits_laid, s.clearances, s.run, known=known, kept=s.kept
     )
     return _named(context, samples, at, nearest)

@@ -19,21 +19,21 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..failure import Failure, Place, Where
+from ..failure import Failure, FailurePlace, Where
 from ..job.job import speeds
 from ..motion.deposition_speed import HELD, HeldSpeed, note_stretches, over_stretches
-from ..motion.motion import STANDING, Motion
+from ..motion.motion import NO_MOVE, Motion
 from ..timing.time_law import PathRows, TimeLaw, time_paths, time_stops
 from ..units import METRES_PER_MM
-from .blended_check import bead_corners, bead_path, travel_corners, travel_path
+from .edges.blended_check import bead_corners, bead_path, travel_corners, travel_path
 from .travels.timed_travels import AskedTravel, TimedRows, limits_of, on_the_part, retracted, timed_travels
 
 if TYPE_CHECKING:
     from ..job.job import Job
     from .context import Context
-    from .edge_check import Stretch
+    from .edges.edge_check import Stretch
     from .travels.home import HomeTravels
-    from .travels.travel import TravelWay
+    from .travels.travel import TravelPath
 
 EXACT_STOP = 1e-5  # m: a controller that rounds corners over less stops in them
 TICK = 2e-6  # s that every row takes at least: a motion file has six decimals, and its time rises at every row
@@ -52,12 +52,12 @@ class RunBeads:
     """
 
     stretches: tuple[Stretch, ...]
-    travels: tuple[TravelWay, ...]
+    travels: tuple[TravelPath, ...]
     before: tuple[int, int] | None = None
     home: HomeTravels | None = None
 
     @property
-    def led_to(self) -> list[tuple[int, int, Stretch, TravelWay]]:
+    def led_to(self) -> list[tuple[int, int, Stretch, TravelPath]]:
         """The beads that a travel leads to: first and last target of the bead before, the bead, and the travel."""
         if not self.travels:
             return []
@@ -156,7 +156,7 @@ def assemble(job: Job, table: tuple[float, float], parts: Sequence[TimedBeads], 
         q=rows[:, :n],
         table=rows[:, n:] if rows.shape[1] > n else np.tile(table, (len(rows), 1)),
         arc=np.concatenate([part.arc for part in parts]),
-        bead=job.targets.path[where],
+        bead=job.targets.bead[where],
         layer=job.targets.layer[where],
         target=where,
         names=job.scene.chain.names,
@@ -171,7 +171,7 @@ def _times(dt: Floats) -> Floats:
     return np.asarray(np.cumsum(np.concatenate([[0.0], np.maximum(dt[1:], TICK)])) + dt[0])
 
 
-def with_ways(job: Job, motion: Motion, out: Floats | None, back: Floats | None) -> Motion:
+def with_home_travels(job: Job, motion: Motion, out: Floats | None, back: Floats | None) -> Motion:
     """A motion that comes to its first bead, and leaves its last one, on other ways.
 
     Args:
@@ -206,13 +206,13 @@ def with_ways(job: Job, motion: Motion, out: Floats | None, back: Floats | None)
         q=np.concatenate([piece.q[:, :n] for piece in pieces]),
         table=np.tile(motion.table[0], (len(where), 1)),
         arc=np.concatenate(arcs),
-        bead=job.targets.path[where],
+        bead=job.targets.bead[where],
         layer=job.targets.layer[where],
         target=where,
     )
 
 
-def way_time(job: Job, way: Floats, target: int, *, begins: bool) -> float:
+def home_travel_time(job: Job, way: Floats, target: int, *, begins: bool) -> float:
     """How long a way to the first bead (begins), or from the last one, takes, s."""
     ((piece, step),) = timed_travels(job, [AskedTravel(way, target, begins=begins, ends=not begins)])
     return float(piece.dt.sum()) + (step if begins else 0.0)
@@ -239,7 +239,7 @@ def corners(job: Job, context: Context, run: RunBeads) -> dict[int, Failure]:
         stop = int(rows[retracted(job, on_the_part(job, path.q))])
         failure = travel_corners(context, way.q, way.at_least, int(context.laid[last]), [stop])
         if failure is not None:
-            failures[first] = failure.at(Place(Where.TRAVEL, from_target=last, to_target=first))
+            failures[first] = failure.at(FailurePlace(Where.TRAVEL, from_target=last, to_target=first))
     return failures
 
 
@@ -305,7 +305,7 @@ def _bead(job: Job, bead: _TimedBead, dt_before: float, held_speed: HeldSpeed) -
 
 def _merged(q: Floats, target: Ints, dt: Floats) -> tuple[Floats, Ints, Floats]:
     """Rows without those that the next one repeats: targets at one place are passed at one time."""
-    again = np.append(np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) <= STANDING, False)
+    again = np.append(np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) <= NO_MOVE, False)
     if not again.any() or again.sum() > len(q) - 2:
         return q, target, dt
     kept = np.flatnonzero(~again)

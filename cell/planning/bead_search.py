@@ -9,7 +9,7 @@ Metres, radians, seconds.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -22,12 +22,13 @@ from ik.roll import wrap
 
 from ..arrays import Ints, distinct
 from ..collision.clearances import Clearances
-from ..failure import Failure, Kind, Place, SearchEffort, Where
+from ..failure import Failure, FailurePlace, Kind, SearchEffort, Where
+from .bead_outcome import BeadPlan, TargetFailure
 from .blocked_rolls import with_blocked_rolls
-from .collision_free_rolls import standing_between
+from .collision_free_rolls import configuration_between
 from .configurations import Nodes, near_cost
-from .edge_check import SearchedBead, Stretch, check_edges
-from .next_target import true_edges, why_none_leads_on
+from .edges.edge_check import SearchedBead, Stretch, check_edges
+from .edges.next_target import true_edges, why_none_leads_on
 
 MOST_SEARCHES = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
 MAX_TRIES = 3  # ways that are free, but near something, before one is taken
@@ -35,65 +36,6 @@ FURTHEST = 2 * np.pi  # most that a joint turns from target to target: what a wa
 FREE_TURN = np.pi / 2  # most that a free roll turns from target to target, where the joints are fast enough
 SAME_ANGLE = 1e-5  # rad; angles closer than this, whole turns aside, are one
 DEEP_MM = -30.0  # a few degrees of roll do not get the arm out of more
-
-
-@dataclass(frozen=True, eq=False)
-class TargetFailure:
-    """Why a target has no configuration that could be used.
-
-    Attributes:
-        failure: of its best candidate: unreachable, a joint limit, singular or a collision.
-        attempt: the best attempt, (j,), rad, or None.
-    """
-
-    failure: Failure
-    attempt: Floats | None
-
-
-@dataclass(frozen=True, eq=False)
-class BeadPlan:
-    """What became of a bead.
-
-    Attributes:
-        first: its first target.
-        stop: one past its last.
-        stretches: what can be run through.
-        edge_failures: targets that cannot be reached from the one before, with why.
-        target_failures: targets without any configuration, with why.
-        open: targets that were not looked at: the bead is lost by others, or the whole part was before.
-    """
-
-    first: int
-    stop: int
-    stretches: tuple[Stretch, ...]
-    edge_failures: dict[int, Failure]
-    target_failures: dict[int, TargetFailure]
-    open: frozenset[int] = frozenset()
-
-    @property
-    def whole(self) -> bool:
-        """Whether the bead can be run through in one."""
-        return not self.edge_failures and not self.target_failures and not self.open
-
-    @property
-    def may_be_mended(self) -> bool:
-        """Whether a roll between the samples could help: not where all lost targets are proved out."""
-        return bool(self.edge_failures) or not all(m.failure.proved for m in self.target_failures.values())
-
-    @property
-    def lost(self) -> int:
-        """Targets that are cut off or out of reach, or were not looked at."""
-        return len(self.edge_failures) + len(self.target_failures) + len(self.open)
-
-    def only(self, known: set[int]) -> BeadPlan:
-        """The same with some of the failures of targets alone; the others, and those cut off, are left open."""
-        target_failures = {i: m for i, m in self.target_failures.items() if i in known}
-        return replace(
-            self,
-            edge_failures={},
-            target_failures=target_failures,
-            open=frozenset({*self.edge_failures, *self.target_failures} - known),
-        )
 
 
 class BeadSearch:
@@ -137,7 +79,7 @@ class BeadSearch:
         self._blocked: dict[int, set[Edge]] = {}
         self._causes: dict[int, list[Failure]] = {}
         self._done: dict[tuple[int, Edge], Stretch] = {}
-        self._followed: set[int] = set()  # targets from which all dear edges have been followed
+        self._followed: set[int] = set()  # targets from which all expensive edges have been followed
         self._gave_up = False
 
     def run(self, q_before: Floats | None) -> BeadPlan:
@@ -166,7 +108,7 @@ class BeadSearch:
             self.first, stop, tuple(self._stretch(run) for run in runs), self._edge_failures(runs), target_failures
         )
 
-    def way(self, q_before: Floats | None) -> tuple[Floats, Floats] | None:
+    def first_path(self, q_before: Floats | None) -> tuple[Floats, Floats] | None:
         """The way that :meth:`run` follows first, if it leads through the whole bead.
 
         Args:
@@ -231,7 +173,7 @@ class BeadSearch:
 
     def _check(self, index: Ints) -> np.ndarray:
         """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
-        # standings that differ by whole turns of a joint are one to look at; of a group there may be several others
+        # configurations that differ by whole turns of a joint are checked once; a branch may have several others
         angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME_ANGLE / 3) / SAME_ANGLE).astype(np.int64)
         first, same = distinct(*index[:, :3].T, *angle.T)
         some = index[first]
@@ -265,7 +207,7 @@ class BeadSearch:
         self._judged[todo] = True
 
     def lost_alone(self) -> dict[int, TargetFailure]:
-        """Targets without any node that is free, each looked at by itself, with why; counted in the whole part."""
+        """Targets without any node that is free, each checked by itself, with why; counted in the whole part."""
         every = np.arange(len(self.deposits_laid))
         self._judge_targets(every, whole=False)
         lost = every[~np.isfinite(self.cost).any(axis=(1, 2, 3))].tolist()
@@ -367,7 +309,7 @@ class BeadSearch:
             i = after.start
             known = self._causes.get(i - 1)
             failure = known[-1] if known else self._without_edge(i - 1)
-            failure = failure.at(Place(Where.BEAD, from_target=self.first + i - 1))
+            failure = failure.at(FailurePlace(Where.BEAD, from_target=self.first + i - 1))
             edge_failures[self.first + i] = (
                 replace(failure, effort=SearchEffort(searches=self.rounds)) if self._gave_up else failure
             )
@@ -416,7 +358,7 @@ class BeadSearch:
             between = None
             if roll is not None:
                 T, table = self.placed.Ts_base_target[i], self.placed.tables(np.array([i]))[0]
-                between = standing_between(self.context, self.nodes, T, int(self.deposits_laid[i]), roll, table)
+                between = configuration_between(self.context, self.nodes, T, int(self.deposits_laid[i]), roll, table)
             out[i] = TargetFailure(replace(failure, between=between, proved=proved), attempt)
         return out
 
@@ -424,7 +366,7 @@ class BeadSearch:
         """The least bad of a target's configurations, all of which collide."""
         _, found, node = self._least_bad[i]
         roll = round(float(np.rad2deg(self.nodes.rolls[node[0]])), 3)
-        # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to look at
+        # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to check
         exhaustive = bool(self.nodes.exhaustive and self.nodes.window.is_fixed and self.context.limits.wrist > 0)
         failure = replace(self.context.describe(found, 0), roll_deg=roll, proved=exhaustive)
         return TargetFailure(failure, self.nodes.q[i][node].copy())  # not all candidates of the bead with it

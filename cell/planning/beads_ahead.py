@@ -22,13 +22,15 @@ from ik import closed_form
 from ik.chain import Floats
 from ik.roll import apply_roll
 
-from .bead_search import BeadPlan, BeadSearch
-from .configurations import evaluate
+from .bead_outcome import BeadPlan
+from .bead_search import BeadSearch
+from .configurations import nodes_at_rolls
 from .context import Context
-from .edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
-from .station_search import BESIDE, Ends, StationNodes, StationSearch, held_rolls_price
+from .edges.edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
+from .station_search import BESIDE, Ends, StationSearch
+from .stations import StationNodes, held_rolls_price
 from .travels.straight_travels import BeadGap, straight_travels
-from .travels.travel import TravelWay
+from .travels.travel import TravelPath
 
 TOGETHER = 1500  # targets that are looked ahead
 MISSES = 2  # beads one after the other that are not found so, until nothing more is searched ahead
@@ -37,7 +39,7 @@ WASTED = 2 * TOGETHER  # targets searched ahead without use, until nothing more 
 
 
 @dataclass(frozen=True, eq=False)
-class _Expected:
+class _ExpectedBead:
     """A bead that is expected to be come to in a configuration."""
 
     q_before: Floats | None
@@ -49,7 +51,7 @@ class _KnownTravel:
     """A travel that is free."""
 
     gap: BeadGap
-    way: TravelWay
+    way: TravelPath
 
 
 class BeadsAhead:
@@ -65,8 +67,8 @@ class BeadsAhead:
         """
         self._context = context
         self._stops = dict(zip(firsts, [*firsts[1:], stop], strict=True))
-        self._expected: dict[int, _Expected] = {}
-        self._together: list[BeadPlan] = []  # beads between which travels have not been looked at
+        self._expected: dict[int, _ExpectedBead] = {}
+        self._together: list[BeadPlan] = []  # beads between which travels have not been checked
         self._travels: dict[int, _KnownTravel] = {}  # by the first target of the bead that they lead to
         self._misses, self._wasted = 0, 0
         self._vain: tuple[int, Floats | None, StationSearch] | None = None
@@ -104,7 +106,7 @@ class BeadsAhead:
         known = self._travels.get(bead.stop)
         return known is not None and bead.whole and known.gap.end is bead.stretches[0]
 
-    def travel(self, last: Stretch, bead: BeadPlan) -> TravelWay | None:
+    def travel(self, last: Stretch, bead: BeadPlan) -> TravelPath | None:
         """The travel to a bead from what was welded last, if it is known."""
         self._find_travels(last, bead)
         known = self._travels.pop(bead.first, None)
@@ -150,7 +152,7 @@ class BeadsAhead:
         for bead, known in searched:
             self._wasted += len(bead)  # until it is given out
             search = StationSearch(bead, step, Ends(come_from), nodes=known)
-            found = search.way()
+            found = search.cheapest_path()
             way = self._full_way(search, q_before) if found is None else found[1:]
             if way is None:
                 if come_from is q_before:
@@ -165,7 +167,7 @@ class BeadsAhead:
         for (at, before, _, _), (a, b) in zip(ways, last, strict=True):
             if all(cause is None for cause in checked.causes[a : b + 1]):
                 plan = BeadPlan(at, self._stops[at], (checked.run(a, b),), {}, {})
-                self._expected[at] = _Expected(before, plan)
+                self._expected[at] = _ExpectedBead(before, plan)
         self._together = []
         for at, *_ in ways:
             if at not in self._expected:
@@ -175,20 +177,20 @@ class BeadsAhead:
     def _suited_beginning(self, beads: list[SearchedBead], nodes: list[StationNodes]) -> Floats | None:
         """Where the first of beads begins best for all of them, (j,), rad, if it is not told where the arm comes from.
 
-        What follows begins near where the bead before ends: a short bead's own preference may be dear for the long ones
-        after it. Rolls beside the one that it prefers are tried, in its branch.
+        What follows begins near where the bead before ends: a short bead's own preference may be expensive for the long
+        ones after it. Rolls beside the one that it prefers are tried, in its branch.
         """
         context = self._context
         step, window = context.settings.roll_step, context.window
-        way = None if window.is_fixed else StationSearch(beads[0], step, Ends(), nodes=nodes[0]).way()
+        way = None if window.is_fixed else StationSearch(beads[0], step, Ends(), nodes=nodes[0]).cheapest_path()
         if way is None:
             return None
-        group, roll, _ = way
+        branch, roll, _ = way
         rolls = roll[0] + BESIDE * step
         rolls = rolls if window.is_full else np.clip(rolls, window.low, window.high)
-        best = rolls[int(np.argmin(held_rolls_price(beads, nodes, group, rolls, step)))]
+        best = rolls[int(np.argmin(held_rolls_price(beads, nodes, branch, rolls, step)))]
         assert context.solver.form is not None
-        q = closed_form.solve_branch(context.solver.form, apply_roll(nodes[0].Ts[0], best), group)
+        q = closed_form.solve_branch(context.solver.form, apply_roll(nodes[0].Ts[0], best), branch)
         return None if np.isnan(q).any() else q
 
     def _with_nodes(self, beads: list[SearchedBead]) -> Iterator[tuple[SearchedBead, StationNodes]]:
@@ -222,8 +224,8 @@ class BeadsAhead:
         if not context.window.is_fixed or search.shut:
             return None
         # of one roll alone the nodes are few
-        nodes = evaluate(context.solver, bead.placed, context.window, context.settings.roll_step, context.limits)
-        return BeadSearch(bead, nodes).way(q_before)
+        nodes = nodes_at_rolls(context.solver, bead.placed, context.window, context.settings.roll_step, context.limits)
+        return BeadSearch(bead, nodes).first_path(q_before)
 
     def _checked(
         self, begun: int, stop: int, ways: list[tuple[int, Floats, Floats]]

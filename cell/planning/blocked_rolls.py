@@ -35,7 +35,7 @@ class BlockedRolls:
 
 
 def with_blocked_rolls(context: Context, axes: Floats, deposits_laid: Ints) -> tuple[Clearances, BlockedRolls]:
-    """Look at configurations.
+    """Check configurations.
 
     Args:
         context: the cell and what is to be kept.

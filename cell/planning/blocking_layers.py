@@ -5,7 +5,7 @@
 
 It is tried out: the bead or the travel is planned once more without these layers, and only what succeeds then is said
 to be locked out by them. Named are layers of another sub-volume where those are enough, and of these as few of the last
-as are enough. Where not all of a lost part is looked at, these trials may ask about LOCKOUTS configurations in all.
+as are enough. Where not all of a lost part is checked, these trials may ask about LOCKOUTS configurations in all.
 """
 
 from __future__ import annotations
@@ -18,25 +18,27 @@ import numpy as np
 
 from ..arrays import Ints
 from ..failure import Failure, Kind, LaidLayer
-from .bead_search import BeadPlan, BeadSearch
-from .configurations import evaluate
+from .bead_outcome import BeadPlan
+from .bead_plan import plan_bead
+from .bead_search import BeadSearch
+from .configurations import nodes_at_rolls
 from .context import Context
-from .edge_check import SearchedBead
+from .edges.edge_check import SearchedBead
 from .infeasible_part import full_work
-from .part_plan import PartPlan, plan_bead
+from .part_plan import PartPlan
 from .travels.travel import travel
 
 if TYPE_CHECKING:
     from ..job.job import Job
 
 MOST_TRIED_AGAIN = 12  # beads and travels that are tried again
-TRIED_FIRST = 3  # targets of a bead looked at by themselves before it is searched
-LOCKOUTS = 5_000  # configurations that trials may ask about, unless every target is to be looked at
+TRIED_FIRST = 3  # targets of a bead checked by themselves before it is searched
+LOCKOUTS = 5_000  # configurations that trials may ask about, unless every target is to be checked
 FEWER = 5  # share of a travel's attempts: each is tried several times
 
 
 @dataclass(frozen=True)
-class _Layers:
+class _DepositNames:
     """Deposits by name."""
 
     names: tuple[str, ...]
@@ -67,7 +69,7 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
     Returns:
         The plan; ``locked_by`` is set of collisions that go away without those layers.
     """
-    layers = _Layers(job.targets.sub_volume, job.deposits)
+    layers = _DepositNames(job.targets.sub_volume, job.deposits)
     beads, travel_failures = list(plan.beads), dict(plan.travel_failures)
     known: list[int] = []
     left, every = MOST_TRIED_AGAIN, context.settings.every_target or not any(bead.open for bead in beads)
@@ -121,7 +123,7 @@ class _LayerTrial:
 
 
 def _bead_trial(bead: BeadPlan, failed: set[int], most: float) -> _LayerTrial:
-    # a bead is dear to search in vain: a few targets by themselves say most of it
+    # searching a bead without a result is expensive: a few targets by themselves show most of it
     tried_first = sorted(failed)[:: max(len(failed) // TRIED_FIRST, 1)][:TRIED_FIRST]
 
     def works(context: Context) -> set[int]:
@@ -137,7 +139,7 @@ def _stand_free(context: Context, targets: Sequence[int]) -> bool:
     """Whether some targets each have a configuration that is free, at the sampled rolls."""
     window, step = context.window, context.settings.roll_step
     for i in targets:
-        nodes = evaluate(context.solver, context.placed.rows([i]), window, step, context.limits)
+        nodes = nodes_at_rolls(context.solver, context.placed.rows([i]), window, step, context.limits)
         if BeadSearch(SearchedBead.apart(context, np.array([i])), nodes).lost_alone():
             return False
     return True
@@ -156,7 +158,13 @@ def _travel_trial(plan: PartPlan, target: int) -> _LayerTrial:
 
 
 def _blame(
-    job: Job, context: Context, layers: _Layers, target: int, deposits_laid: int, trial: _LayerTrial, known: list[int]
+    job: Job,
+    context: Context,
+    layers: _DepositNames,
+    target: int,
+    deposits_laid: int,
+    trial: _LayerTrial,
+    known: list[int],
 ) -> tuple[set[int], list[int]]:
     """What works without some layers, and those layers; what is known of others is tried first, and kept where not."""
     own = int(job.targets.sub_volume_index[target])

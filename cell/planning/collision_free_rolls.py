@@ -3,10 +3,10 @@
     found = collision_free_rolls(context, targets, step)   # {i: [(low, high), ...]} rad: free stretches of the roll
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
     nowhere = free_nowhere(context, targets, step)  # {i: LeastBadRoll}, of those free at no roll
-    hint = standing_between(context, nodes, T, deposits_laid, roll)   # at a roll that kinematics names, and beside it
+    hint = configuration_between(context, nodes, T, deposits_laid, roll)   # at this roll, or beside it
 
-Rolls far apart are looked at first, then those between them. Between two samples of a branch the arm has only so far to
-go: where it is deeper in a collision than that at both of them, nothing between them is free, and it is not looked at.
+Rolls far apart are checked first, then those between them. Between two samples of a branch the arm has only so far to
+go: where it is deeper in a collision than that at both of them, nothing between them is free, and it is not checked.
 What moves with the TCP only turns about the wire: where it is in something, the depth over its distance from the wire
 is an angle by which no turn frees it, in any branch. All else is halved until ``FINEST``. A search, and no proof:
 depths are what the collision engine says. Metres and radians.
@@ -31,18 +31,18 @@ from .blocked_rolls import with_blocked_rolls
 from .configurations import Nodes
 from .context import Context
 
-FINEST = np.deg2rad(0.3)  # closer samples are not looked at
+FINEST = np.deg2rad(0.3)  # closer samples are not checked
 MOST_DETOUR = 1.5  # how much longer the way between two samples can be than the straight one in joints
-TARGETS_TOGETHER = 64  # targets looked at together, to keep memory flat
-COARSER = 3  # times as far apart are the rolls that are looked at before others
-FEWEST = 4  # steps between the rolls that are looked at first of all
+TARGETS_TOGETHER = 64  # targets checked together, to keep memory flat
+COARSER = 3  # times as far apart are the rolls that are checked before others
+FEWEST = 4  # steps between the rolls that are checked first of all
 BESIDE = np.deg2rad(np.array([0.0, *(s * d for d in (0.25, 0.5, 1, 2, 3, 4, 5, 6) for s in (-1, 1))]))
 STANDS = np.empty(0)  # axes of a table that does not move
 Stretches = list[tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
-class _Looked:
+class _KnownRolls:
     """What is known of targets' branches, sorted by target, branch and roll.
 
     Attributes:
@@ -51,9 +51,9 @@ class _Looked:
         roll: (m,), rad.
         q: (m, j), rad.
         room: least clearance less what is asked for, (m,), m: at most that; -inf where limits or margins forbid it, NaN
-            where it was not looked at because the target is free in another branch.
+            where it was not checked because the target is free in another branch.
         held: turn of the roll to either side in which what moves with the TCP stays in a collision, (m,), rad.
-        pair: ids of the two geoms that are nearest, (m, 2); -1 where it was not looked at.
+        pair: ids of the two geoms that are nearest, (m, 2); -1 where it was not checked.
         position: where they are, (m, 3), world, m.
     """
 
@@ -66,15 +66,15 @@ class _Looked:
     pair: Ints
     position: Floats
 
-    def rows(self, at: Ints | NDArray[np.bool_]) -> _Looked:
+    def rows(self, at: Ints | NDArray[np.bool_]) -> _KnownRolls:
         """Some of them."""
-        return _Looked(*(getattr(self, f.name)[at] for f in fields(self)))
+        return _KnownRolls(*(getattr(self, f.name)[at] for f in fields(self)))
 
-    def sorted_with(self, *others: _Looked) -> _Looked:
+    def sorted_with(self, *others: _KnownRolls) -> _KnownRolls:
         """All of them together."""
         every = [np.concatenate([getattr(x, f.name) for x in (self, *others)]) for f in fields(self)]
         order = np.lexsort((every[2], every[1], every[0]))
-        return _Looked(*(values[order] for values in every))
+        return _KnownRolls(*(values[order] for values in every))
 
     def free_targets(self) -> Ints:
         """Targets that are free at a roll."""
@@ -89,7 +89,7 @@ def collision_free_rolls(
     Args:
         context: the arm and the cell.
         targets: which.
-        step: distance of the rolls that are looked at in any case, rad.
+        step: distance of the rolls that are checked in any case, rad.
         also: by target a further one, rad.
 
     Returns:
@@ -105,7 +105,7 @@ def collision_free_rolls(
 
 @dataclass(frozen=True, eq=False)
 class LeastBadRoll:
-    """The least bad of what was looked at of a target that is free at no roll.
+    """The least bad of what was checked of a target that is free at no roll.
 
     Attributes:
         q: the configuration, (j,), rad.
@@ -119,15 +119,15 @@ class LeastBadRoll:
 
 
 def free_nowhere(context: Context, targets: Iterable[int], step: float) -> dict[int, LeastBadRoll | None]:
-    """Targets that are free at no roll; of the others no more is looked at than it takes to see it.
+    """Targets that are free at no roll; of the others no more is checked than it takes to see it.
 
     Args:
         context: the arm and the cell.
         targets: which.
-        step: distance of the rolls that are looked at, rad.
+        step: distance of the rolls that are checked, rad.
 
     Returns:
-        By target what collides least; None where limits or margins forbid all that was looked at.
+        By target what collides least; None where limits or margins forbid all that was checked.
     """
     out: dict[int, LeastBadRoll | None] = {}
     for some in _some_together(targets):
@@ -149,8 +149,8 @@ def _some_together(targets: Iterable[int]) -> list[Ints]:
 
 def _searched(
     context: Context, some: Ints, step: float, also: Mapping[int, float], *, until_free: bool = False
-) -> _Looked:
-    """All that has to be looked at of some targets, or as much of it as tells which of them are free."""
+) -> _KnownRolls:
+    """All that has to be checked of some targets, or as much of it as tells which of them are free."""
     known = _sampled(context, some, step, until_free=until_free)
     if also:
         target, roll = np.array(list(also)), np.array(list(also.values()), dtype=float)
@@ -167,7 +167,7 @@ def _searched(
     return known
 
 
-def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> _Looked:
+def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> _KnownRolls:
     """Targets, ascending, at the rolls of a step, less those between coarser ones at which the tool is held."""
     rolls = context.window.samples(step)
     if context.window.is_full:
@@ -176,7 +176,7 @@ def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> 
     while (len(rolls) - 1) // (stride * COARSER) >= FEWEST:
         stride *= COARSER
     seen, held = (np.zeros((len(some), len(rolls)), dtype=kind) for kind in (bool, float))
-    looked: list[_Looked] = []
+    looked: list[_KnownRolls] = []
     while stride:
         coarse = np.unique(np.append(np.arange(0, len(rolls), stride), len(rolls) - 1))
         t, k = np.nonzero(~seen[:, coarse] & _open_between(rolls, seen, held)[:, coarse])
@@ -186,7 +186,7 @@ def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> 
             at = np.searchsorted(some, looked[-1].target), np.searchsorted(rolls, looked[-1].roll)
             np.maximum.at(held, at, looked[-1].held)  # in one branch as in another
             held = _spread(rolls, held, circular=context.window.is_full)
-            if until_free:  # of what is free no more is looked at
+            if until_free:  # of what is free no more is checked
                 seen[np.searchsorted(some, looked[-1].free_targets())] = True
         stride //= COARSER
     known = looked[0].sorted_with(*looked[1:])
@@ -194,7 +194,7 @@ def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> 
 
 
 def _open_between(rolls: Floats, seen: NDArray[np.bool_], held: Floats) -> NDArray[np.bool_]:
-    """Rolls (t, r) that lie between two that were looked at without the tool being held all of the way."""
+    """Rolls (t, r) that lie between two that were checked without the tool being held all of the way."""
     every, count = np.arange(len(rolls)), len(rolls)
     before = np.maximum.accumulate(np.where(seen, every, -1), axis=1)
     after = np.minimum.accumulate(np.where(seen, every, count)[:, ::-1], axis=1)[:, ::-1]
@@ -216,7 +216,7 @@ def _spread(rolls: Floats, held: Floats, *, circular: bool) -> Floats:
 
 def _looked_at(
     context: Context, target: Ints, roll: Floats, branch: Ints | None = None, *, until_free: bool = False
-) -> _Looked:
+) -> _KnownRolls:
     """Targets at rolls, (m,): all their branches, or one of each; or as many as it takes to see that it is free."""
     solver = context.solver
     first, same = distinct(target, roll)
@@ -232,15 +232,15 @@ def _looked_at(
         found = found[np.arange(len(target)), branch]
     least = context.limits.values(solver.geometry is not None)
     good = np.isfinite(found[..., 0]) & (margins(solver.chain, solver.geometry, found) >= least).all(axis=-1)
-    # standings that differ by whole turns are one to look at
+    # configurations that differ by whole turns are checked once
     q = found[np.arange(len(found)), np.argmax(good, axis=1)]
     room = np.where(good.any(axis=1), np.nan, -np.inf)
     none = Clearances.none(len(q))
-    looked = _Looked(target, branch, roll, q, room, np.zeros(len(q)), none.pair, none.position)
+    looked = _KnownRolls(target, branch, roll, q, room, np.zeros(len(q)), none.pair, none.position)
     return _with_room(context, looked.sorted_with(), until_free=until_free)
 
 
-def _with_room(context: Context, looked: _Looked, *, until_free: bool) -> _Looked:
+def _with_room(context: Context, looked: _KnownRolls, *, until_free: bool) -> _KnownRolls:
     """The same with the room where it is NaN: of one branch of each roll first, as the tool stands alike in all."""
     room, held = looked.room.copy(), looked.held.copy()
     pair, position = looked.pair.copy(), looked.position.copy()
@@ -265,7 +265,7 @@ def _with_room(context: Context, looked: _Looked, *, until_free: bool) -> _Looke
     return replace(looked, room=room, held=held, pair=pair, position=position)
 
 
-def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:
+def _may_hide(context: Context, known: _KnownRolls) -> NDArray[np.bool_]:
     """Steps between neighbouring rolls that may hide something free, (m - 1,)."""
     a, b = known.room[:-1], known.room[1:]
     out = (np.diff(known.target) == 0) & (np.diff(known.branch) == 0) & (np.diff(known.roll) > FINEST)
@@ -280,7 +280,7 @@ def _may_hide(context: Context, known: _Looked) -> NDArray[np.bool_]:
     return out
 
 
-def _stretches(known: _Looked) -> list[tuple[int, float, float]]:
+def _stretches(known: _KnownRolls) -> list[tuple[int, float, float]]:
     """Targets, lowest and highest rolls of what is free without a gap."""
     free = np.flatnonzero(known.room >= 0)
     if not len(free):
@@ -305,7 +305,7 @@ def stabbing(stretches: Iterable[tuple[float, float]]) -> Floats:
     return np.unique(wrap(np.array([*out, (low + high) / 2])[1:]))
 
 
-def standing_between(
+def configuration_between(
     context: Context, nodes: Nodes, T: Floats, deposits_laid: int, roll: float, table: Floats = STANDS
 ) -> RollBetween | None:
     """Whether the arm can stand at a target at a roll between the samples.

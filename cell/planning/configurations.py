@@ -1,6 +1,6 @@
 """Everything a target could be done with: each roll, each configuration, and what is wrong with it.
 
-    nodes = evaluate(solver, placed, window, roll_step, limits)
+    nodes = nodes_at_rolls(solver, placed, window, roll_step, limits)
     nodes.q, nodes.cost              # (n, r, g, k, 6), (n, r, g, k); infinite cost = not allowed
     nodes.why_not(i)                 # the failure of a target without an allowed node
     reasons(solver, Ts, window, step)  # of many such targets, in a fraction of the time
@@ -21,7 +21,7 @@ from ik.singularity import KINDS, SingularityLimits, margins, smallest_singular_
 from ik.solver import Solver
 
 from ..failure import Failure, Kind, SearchEffort
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from ..units import MARGIN_UNITS
 
 NEAR_LIMIT = np.deg2rad(10.0)  # joints closer to a limit than this cost extra
@@ -43,7 +43,7 @@ class Nodes:
         over: how far those are outside, (n, r, g, j), rad.
         reach_excess: (n, r), m, see ``closed_form.reach_excess``.
         margin: singularity margins of q, (n, r, g, k, 4).
-        cost: cost of standing at a node, (n, r, g, k), s; infinite where a margin is too small.
+        cost: cost of a node, (n, r, g, k), s; infinite where a margin is too small.
         exhaustive: whether q holds every configuration of its rolls.
     """
 
@@ -123,7 +123,7 @@ class Nodes:
 
         Args:
             i: the target.
-            among: which of its rolls and groups, (r, g).
+            among: which of its rolls and branches, (r, g).
 
         Returns:
             The failure, and the configuration (j,).
@@ -168,9 +168,9 @@ def reasons(solver: Solver, Ts: Floats, window: RollWindow, roll_step: float) ->
     return found
 
 
-def evaluate(
+def nodes_at_rolls(
     solver: Solver,
-    placed: Placed,
+    placed: PlacedTargets,
     window: RollWindow,
     roll_step: float,
     limits: SingularityLimits,
@@ -207,7 +207,7 @@ def evaluate(
         margin[some] = margins(solver.chain, solver.geometry, q[some])
         allowed = np.isfinite(q[some, ..., 0]) & (margin[some] >= least).all(axis=-1)
         room = np.minimum(q[some] - solver.chain.lower, solver.chain.upper - q[some]).min(axis=-1)
-        cost[some] = np.where(allowed, standing_cost(room, margin[some], least), np.inf)
+        cost[some] = np.where(allowed, node_cost(room, margin[some], least), np.inf)
     shape = (n, r, -1, solver.chain.n)
     return Nodes(
         solver=solver,
@@ -225,7 +225,7 @@ def evaluate(
 
 
 def _joined(parts: list[Floats]) -> Floats:
-    """Candidates of several passes, padded to the most standings any of them has."""
+    """Candidates of several passes, padded to the most combinations of turns that any of them has."""
     k = max(p.shape[2] for p in parts)
     out = np.full((sum(map(len, parts)), parts[0].shape[1], k, parts[0].shape[3]), np.nan)
     first = 0
@@ -235,7 +235,7 @@ def _joined(parts: list[Floats]) -> Floats:
     return out
 
 
-def standing_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
+def node_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
     """What a node is worth avoiding: close to a singularity or to a joint limit.
 
     Args:

@@ -23,11 +23,11 @@ from ..arrays import Ints
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.reach_radii import all_radii, radii, tool_radii
-from ..collision.table import with_table_axes
+from ..collision.table_clearances import with_table_axes
 from ..collision.wire import wire_checker
-from ..failure import AT_TARGET, CollisionPlace, Contact, Failure, Kind, Place
+from ..failure import AT_TARGET, CollisionPlace, Contact, Failure, FailurePlace, Kind
 from ..job.job import Job, speeds
-from ..scene.placement import Placed, place, place_moving
+from ..scene.placement import PlacedTargets, place_on_moving_table, place_targets
 from ..scene.scene import Scene
 from ..scene.table_kinematics import TableKinematics
 from ..units import METRES_PER_MM
@@ -99,7 +99,7 @@ class Settings:
         least_share: of the speed, to be held over every stretch of a bead.
         steps: density of the checks.
         travel_attempts: configurations tried for a travel that the simple ways do not make.
-        every_target: whether all of a part that cannot be built is looked at, whatever that costs.
+        every_target: whether all of a part that cannot be built is checked, whatever that costs.
     """
 
     clearance: float
@@ -158,7 +158,7 @@ class Context:
     """
 
     solver: Solver
-    placed: Placed
+    placed: PlacedTargets
     deposits_before: Ints
     laid: Ints
     window: RollWindow
@@ -192,7 +192,7 @@ class Context:
         checker, screen = _checkers(scene, table, settings)
         return cls(
             solver=job.solver,
-            placed=place(job.targets, scene.T_base_part(*table)),
+            placed=place_targets(job.targets, scene.T_base_part(*table)),
             deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,
@@ -224,7 +224,7 @@ class Context:
         checker, screen = _checkers(with_table_axes(job.scene), first, settings)
         return cls(
             solver=job.solver,
-            placed=place_moving(job.targets, TableKinematics.of(job.scene), tables),
+            placed=place_on_moving_table(job.targets, TableKinematics.of(job.scene), tables),
             deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,
@@ -276,7 +276,11 @@ class Context:
         return replace(self, checker=checker, screen=screen)
 
     def describe(
-        self, found: Clearances, k: int, place: Place = AT_TARGET, seen: CollisionPlace = CollisionPlace.AT_SAMPLE
+        self,
+        found: Clearances,
+        k: int,
+        place: FailurePlace = AT_TARGET,
+        seen: CollisionPlace = CollisionPlace.AT_SAMPLE,
     ) -> Failure:
         """A collision as a failure.
 

@@ -1,15 +1,20 @@
-"""A part that cannot be built: what is still looked at once that is known, and how much of it.
+"""A part that cannot be built: what is still checked once that is known, and how much of it.
 
     judge = InfeasiblePartJudge(context, first)
-    bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not looked at
+    bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not checked
     judge.left(target)                                         # configurations that may still be asked by then
 
 Work is counted in configurations that collision detection is asked about, and in the contacts found there, so that a
-verdict does not hang on the machine. Beads that come out whole cost what they cost in a part that can be built. All
-else has a budget: FLOOR (LARGE_FLOOR for parts of more than SMALL targets), and PER_TARGET for each target of the part,
-spent evenly along it. What the budget allows is judged as if there were none.
-Beyond it a bead is lost as soon as one of its targets is proved out of reach, or is free at no roll; a few others are
-judged with it, and the rest is left open: neither feasible nor infeasible.
+verdict does not depend on the machine. It has a budget: FLOOR (LARGE_FLOOR for parts of more than SMALL targets), and
+PER_TARGET for each target of the part, spent evenly along it. What is asked about beads that do not come out whole is
+charged to it, and of those that do what exceeds EASY for each of their targets. What the budget allows is judged as if
+there were none.
+
+Beyond the budget, a bead of a part that is not known to be lost is put off: ``plan`` gives None, and
+``cell.planning.part_plan`` comes back to it if nothing else is lost. So is a bead that the quick search does not find
+and whose full search the budget does not allow. In a part that is lost, such a bead is lost as soon as one of its
+targets is proved out of reach, or is free at no roll; a few others are judged with it, and the rest is left open:
+neither feasible nor infeasible.
 
 Metres and radians.
 """
@@ -17,7 +22,7 @@ Metres and radians.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,16 +30,18 @@ from ik.chain import Floats
 from ik.reachability_proof import certify
 
 from ..arrays import Ints
-from .bead_search import BeadPlan, BeadSearch, TargetFailure
+from .bead_outcome import BeadPlan, TargetFailure
+from .bead_search import BeadSearch
 from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhere
-from .configurations import evaluate
+from .configurations import nodes_at_rolls
 from .context import FINER_ROLLS, Context
-from .edge_check import SearchedBead
+from .edges.edge_check import SearchedBead
 from .station_search import HIT, Ends, StationSearch
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
 LARGE_FLOOR = 500  # of all others
 PER_TARGET = 1  # and for each of its targets
+EASY = 5  # configurations that a target of a bead that comes out whole may take; what it takes beyond is charged
 BRANCHES = 8  # configurations of a target at a roll
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
 TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
@@ -42,25 +49,55 @@ FEW, TOGETHER = 4, 48  # targets judged in one go, at least and at most
 BLOCK = 256  # targets evaluated together
 
 
+@dataclass(frozen=True)
+class Judged:
+    """What a judge has spent and learned.
+
+    Attributes:
+        spent: configurations asked about what cannot be welded.
+        lost: whether a bead is known not to come out whole.
+        suspect: a target that was found lost, or None.
+    """
+
+    spent: float = 0.0
+    lost: bool = False
+    suspect: int | None = None
+
+
 class InfeasiblePartJudge:
     """Plans the beads of a part, and keeps count of what is asked about those that are lost."""
 
-    def __init__(self, context: Context, first: int, share: float = 1.0) -> None:
+    def __init__(self, context: Context, first: int, share: float = 1.0, full_searches: float = np.inf) -> None:
         """Begin a part, or a chunk of one.
 
         Args:
             context: what the search needs.
             first: its first target.
             share: of what a whole part may cost whatever its size.
+            full_searches: how many beads may be searched in full that are dear to search, as long as none is lost.
         """
+        self._first_pass = full_searches == 0
         self.floor = share * (FLOOR if len(context.deposits_before) <= SMALL else LARGE_FLOOR)
         self.context, self.every = context, context.settings.every_target
         self.first = first
-        self.spent = 0.0
-        self.lost = False
+        self.full_searches = full_searches
+        self.go_on(Judged())
         self._judged_alone = 1  # targets, and what they cost
         self._work_alone = float(BRANCHES if context.window.is_fixed else TARGET_WORK)
-        self._suspect: int | None = None  # a target that was found lost: others near it are looked at first
+
+    @property
+    def judged(self) -> Judged:
+        """What has been spent and learned so far."""
+        return Judged(self.spent, self.lost, self._suspect)
+
+    def go_on(self, judged: Judged) -> None:
+        """Go on from there.
+
+        Args:
+            judged: what was spent and learned.
+        """
+        self.spent, self.lost = judged.spent, judged.lost
+        self._suspect = judged.suspect  # others near it are looked at first
 
     def left(self, target: int) -> float:
         """Configurations that may still be asked once the targets before this one are dealt with."""
@@ -71,12 +108,12 @@ class InfeasiblePartJudge:
         return full_work(self.context, stop - first) <= self.left(stop)
 
     def charge(self, before: float) -> None:
-        """Count what has been asked since the context's counter stood at ``before``, in vain."""
+        """Count what has been asked since the context's counter stood at ``before`` without a result."""
         self.spent += self.context.work - before
         self.lost = True
 
     def knows(self, bead: BeadPlan, spent: float) -> None:
-        """Go on after a bead that was planned elsewhere, with what was asked about it in vain."""
+        """Go on after a bead that was planned elsewhere, with what was asked about it without a result."""
         if not bead.whole:
             self.spent += spent
             self.lost = True
@@ -89,7 +126,7 @@ class InfeasiblePartJudge:
         q_before: Floats | None,
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None = None,
-    ) -> BeadPlan:
+    ) -> BeadPlan | None:
         """Plan a bead.
 
         Args:
@@ -100,7 +137,7 @@ class InfeasiblePartJudge:
             vain: a quick search of it that found no way.
 
         Returns:
-            The plan.
+            The plan; None of a bead that has to be searched in full and may not be.
         """
         before = self.context.work
         if self.every:
@@ -110,7 +147,11 @@ class InfeasiblePartJudge:
             if self.affords(first, stop)
             else self._sparingly(first, stop, q_before, in_full, vain)
         )
-        if not bead.whole:
+        if bead is None:
+            self.spent += self.context.work - before
+        elif bead.whole:
+            self.spent += max(self.context.work - before - EASY * (stop - first), 0)
+        else:
             self.charge(before)
             self._suspect = next(iter(bead.target_failures), self._suspect)
         return bead
@@ -122,12 +163,15 @@ class InfeasiblePartJudge:
         q_before: Floats | None,
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None,
-    ) -> BeadPlan:
-        """A bead that is dear to search in vain."""
+    ) -> BeadPlan | None:
+        """A bead that is expensive to search in full."""
         before = self.context.work
         suspects = [] if self._suspect is None else [self._nearest(first, stop)]
-        if self.lost:  # what is out of reach is known without a search
+        spent = self._first_pass and self.left(stop) < 0
+        if self.lost or spent:  # what is out of reach is known without a search
             target_failures = unreachable(self.context, range(first, stop))
+            if not target_failures and not self.lost:
+                return None
             target_failures.update(self._judged(suspects, first, stop, before) if not target_failures else {})
             if target_failures or self.left(stop) < 0:
                 target_failures.update(self._judged(_spread(first, stop), first, stop, before, target_failures))
@@ -143,7 +187,10 @@ class InfeasiblePartJudge:
         if not target_failures and not self.lost:
             some = list(dict.fromkeys(suspects))[:TRIED_FIRST]
             target_failures = lost_alone(self.context, some)
+            if not target_failures and self.full_searches <= 0:
+                return None
             if not target_failures:
+                self.full_searches -= 1
                 return in_full(self.left(stop))
         order = [*suspects, *_spread(first, stop)]
         target_failures.update(self._judged(order, first, stop, before, target_failures))
@@ -152,7 +199,7 @@ class InfeasiblePartJudge:
     def _judged(
         self, order: Iterable[int], first: int, stop: int, before: float, known: dict[int, TargetFailure] | None = None
     ) -> dict[int, TargetFailure]:
-        """Targets that are lost, of those that the budget allows to look at one after the other."""
+        """Targets that are lost, of those that the budget allows to check one after the other."""
         out: dict[int, TargetFailure] = {}
         some = [i for i in dict.fromkeys(order) if i not in (known or {})]
         while some and (left := self.left(stop) - (self.context.work - before)) > 0:
@@ -175,13 +222,13 @@ class InfeasiblePartJudge:
 
 
 def full_work(context: Context, targets: int) -> int:
-    """Configurations of some targets at all rolls that a search in full may look at."""
+    """Configurations of some targets at all rolls that a search in full may check."""
     rolls = context.window.samples(context.settings.roll_step / FINER_ROLLS)
     return targets * len(rolls) * BRANCHES
 
 
 def lost_bead(first: int, stop: int, target_failures: dict[int, TargetFailure]) -> BeadPlan:
-    """A bead of which some targets are lost and nothing else was looked at."""
+    """A bead of which some targets are lost and nothing else was checked."""
     rest = frozenset(range(first, stop)) - target_failures.keys()
     return BeadPlan(first, stop, (), {}, dict(sorted(target_failures.items())), rest)
 
@@ -196,7 +243,9 @@ def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFai
     out: dict[int, TargetFailure] = {}
     for k in range(0, len(bad), BLOCK):
         some = bad[k : k + BLOCK]
-        nodes = evaluate(solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits)
+        nodes = nodes_at_rolls(
+            solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
+        )
         for n, i in enumerate(some.tolist()):
             failure, attempt = nodes.why_not(n)
             out[i] = TargetFailure(replace(failure, proved=True), attempt)
@@ -204,7 +253,7 @@ def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFai
 
 
 def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFailure]:
-    """Targets that have no configuration at any roll, each looked at by itself.
+    """Targets that have no configuration at any roll, each checked by itself.
 
     Args:
         context: the arm and the cell.
@@ -212,7 +261,7 @@ def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFail
 
     Returns:
         What is wrong with those that have none, as a search of their bead says it; rolls between the samples are
-        looked at as well.
+        checked as well.
     """
     some: Ints = np.array(targets, dtype=np.int64)
     if context.window.is_fixed:
@@ -237,7 +286,7 @@ def _without_nodes(context: Context, some: Ints) -> dict[int, TargetFailure]:
     """Targets without a node that is free, with why."""
     if not len(some):
         return {}
-    nodes = evaluate(
+    nodes = nodes_at_rolls(
         context.solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
     )
     found = BeadSearch(SearchedBead.apart(context, some), nodes).lost_alone()
@@ -245,7 +294,7 @@ def _without_nodes(context: Context, some: Ints) -> dict[int, TargetFailure]:
 
 
 def _most_hit(search: StationSearch) -> Ints:
-    """Stations of a search in vain, as targets of the bead, those first at which most was found to collide."""
+    """Stations of a search without a result, as targets of the bead, those first at which most was found to collide."""
     hits = (search.known == HIT).sum(axis=(1, 2))
     return search.at[np.argsort(-hits, kind="stable")]
 

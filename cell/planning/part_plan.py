@@ -1,41 +1,32 @@
 """The way of the arm through every bead and from bead to bead.
 
-    plan = plan_part(context, path)             # path (n,): bead of each target
+    plan = plan_part(context, bead_of_target)    # (n,), ascending
     plan.beads[0].stretches               # what can be run through; edge_failures and target_failures say what cannot
     plan.travels, plan.travel_failures    # between the beads, and the failures of those that are not found
 
-A bead that does not come out whole is searched again with the roll sampled finer, turning as fast as the joints can,
-and with rolls at which its targets are free between the samples; one to which no travel leads, with its beginning
-elsewhere: in another configuration or at another roll. Metres, radians, seconds.
+How one bead is planned, and led to, is in ``cell.planning.bead_plan``. Metres, radians, seconds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from ik.chain import Floats
-from ik.roll import wrap
 
 from ..arrays import Ints
-from ..failure import Failure, Place, Where
-from ..progress import Progress, counted
-from .bead_search import MOST_SEARCHES, BeadPlan, BeadSearch
+from ..failure import Failure, FailurePlace, Where
+from ..progress import Progress, counted_progress
+from .bead_outcome import BeadPlan
+from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
 from .beads_ahead import BeadsAhead
-from .collision_free_rolls import Stretches, collision_free_rolls, stabbing
-from .configurations import evaluate
-from .context import FINER_ROLLS, Context
-from .edge_check import SearchedBead, Stretch
-from .infeasible_part import InfeasiblePartJudge
-from .station_search import ELSEWHERE, Ends, StationSearch
-from .travels.travel import TravelWay, can_leave, travel, turned
-
-FINEST_ROUNDS = 60  # searches of such a bead until it is given up
-BEGINNINGS = 4  # of a bead that no travel leads to
-REDUCED = 10  # share of a travel's attempts once the part is lost
+from .context import Context
+from .edges.edge_check import Stretch
+from .infeasible_part import InfeasiblePartJudge, Judged, lost_bead
+from .travels.travel import TravelPath, travel
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +40,7 @@ class PartPlan:
     """
 
     beads: tuple[BeadPlan, ...]
-    travels: tuple[TravelWay, ...]
+    travels: tuple[TravelPath, ...]
     travel_failures: dict[int, Failure]
 
     @property
@@ -58,21 +49,24 @@ class PartPlan:
         return [stretch for bead in self.beads for stretch in bead.stretches]
 
 
-def plan_part(context: Context, path: Ints, progress: Progress | None = None) -> PartPlan:
+def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None = None) -> PartPlan:
     """Plan bead after bead and the travels between them.
 
     Args:
         context: what the search needs.
-        path: bead of each target of the part, (n,), ascending; those of the context's span are planned.
-        progress: told how far it is.
+        bead_of_target: of the whole part, (n,), ascending; those of the context's span are planned.
+        progress: called with how far it is.
 
     Returns:
         The plan.
     """
     span = context.span
-    firsts = [i for i in np.flatnonzero(np.diff(path, prepend=-1)).tolist() if span.first <= i < span.stop]
-    with counted(progress, "beads", len(firsts)) as count:
-        return plan_beads(context, BeadRun(tuple(firsts), span.stop, span.start), count)
+    firsts = [i for i in np.flatnonzero(np.diff(bead_of_target, prepend=-1)).tolist() if span.first <= i < span.stop]
+
+    def planned(runs: Sequence[BeadRun], count: Callable[[], None]) -> list[PlannedRun]:
+        return [plan_run(context, run, count) for run in runs]
+
+    return plan_runs([BeadRun(tuple(firsts), span.stop, span.start)], planned, progress)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +75,24 @@ class KnownBead:
 
     Attributes:
         bead: its plan.
-        spent: what was asked about it in vain.
+        spent: configurations that were asked about it without success.
     """
 
     bead: BeadPlan
     spent: float
+
+
+@dataclass(frozen=True, eq=False)
+class PutOff:
+    """A run up to its first bead that was put off.
+
+    Attributes:
+        plan: of the beads before it.
+        judged: what was spent on these, and what was learned.
+    """
+
+    plan: PartPlan
+    judged: Judged
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +106,9 @@ class BeadRun:
         known: the first of them, where it is planned already.
         reduced: whether travels are searched with few attempts from the beginning.
         share: of what the whole part may cost where it is lost.
+        begun: where to go on; None: at the first bead.
+        full_searches: how many doubtful beads may be searched in full, from there on.
+        lost: whether the part is known to be lost.
     """
 
     firsts: tuple[int, ...]
@@ -107,10 +117,84 @@ class BeadRun:
     known: KnownBead | None = None
     reduced: bool = False
     share: float = 1.0
+    begun: PutOff | None = None
+    full_searches: int = 0
+    lost: bool = False
+
+    @property
+    def done(self) -> int:
+        """How many of the beads are planned already."""
+        return 0 if self.begun is None else len(self.begun.plan.beads)
+
+    @property
+    def beads_left(self) -> int:
+        """How many beads are to be planned."""
+        return len(self.firsts) - self.done
+
+    @property
+    def targets_left(self) -> int:
+        """How many targets these have."""
+        return self.stop - self.firsts[self.done]
 
 
-def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> PartPlan:
+@dataclass(frozen=True, eq=False)
+class PlannedRun:
+    """What became of a run.
+
+    Attributes:
+        plan: of its beads; of a run that went on from one that was put off, up to the next.
+        lost: whether a bead is known not to come out whole.
+        put_off: the run up to the first bead that was put off; None where none was.
+    """
+
+    plan: PartPlan
+    lost: bool
+    put_off: PutOff | None
+
+
+def plan_runs(
+    runs: Sequence[BeadRun],
+    planned: Callable[[Sequence[BeadRun], Callable[[], None]], list[PlannedRun]],
+    progress: Progress | None = None,
+) -> list[PartPlan]:
+    """Plan the runs of a part; doubtful beads come last, and are searched in full only as long as no bead is lost.
+
+    Args:
+        runs: all beads of the part, in order.
+        planned: plans some runs, in order, whoever does it; calls its second argument for every bead.
+        progress: told how far it is.
+
+    Returns:
+        The plan of each run. Where the part is lost, beads that were put off are left open.
+    """
+    with counted_progress(progress, "beads", sum(run.beads_left for run in runs)) as count:
+        found = planned(runs, count)
+    doubtful = _doubtful(found)
+    if not doubtful or any(run.lost for run in found):
+        return [run.plan for run in found]
+    searches = 1
+    goes_on = [replace(runs[k], begun=found[k].put_off) for k in doubtful]
+    with counted_progress(progress, "beads from doubtful ones on", sum(run.beads_left for run in goes_on)) as count:
+        while doubtful := _doubtful(found):
+            lost = any(run.lost for run in found)
+            some = [replace(runs[k], begun=found[k].put_off, full_searches=searches, lost=lost) for k in doubtful]
+            for k, again in zip(doubtful, planned(some, count), strict=True):
+                found[k] = again
+            searches *= 2
+    return [run.plan for run in found]
+
+
+def _doubtful(found: Sequence[PlannedRun]) -> list[int]:
+    return [k for k, run in enumerate(found) if run.put_off is not None]
+
+
+def plan_run(context: Context, run: BeadRun, count: Callable[[], None]) -> PlannedRun:
     """Plan some beads of a part and the travels between them.
+
+    A bead that the quick search does not find, and that may cost more than the budget of a lost part allows, is
+    doubtful. A run that begins puts it off: the beads after it are planned as if it had not been there, to learn
+    whether the part is lost anyway. One that goes on from a doubtful bead searches it in full, with what else it may,
+    and ends before the next.
 
     Args:
         context: what the search needs.
@@ -118,51 +202,89 @@ def plan_beads(context: Context, run: BeadRun, count: Callable[[], None]) -> Par
         count: called for every bead.
 
     Returns:
-        The plan of these beads; no travel leads to the first.
+        What became of them; no travel leads to the first.
     """
-    beads: list[BeadPlan] = []
-    travels: list[TravelWay] = []
-    travel_failures: dict[int, Failure] = {}
-    last: Stretch | None = None
-    way: TravelWay | Failure
-    reduced = reduced_budget(context)
-    judge, ahead = InfeasiblePartJudge(context, run.firsts[0], run.share), BeadsAhead(context, run.firsts, run.stop)
-    for first, stop in zip(run.firsts, [*run.firsts[1:], run.stop], strict=True):
-        if run.known is not None and run.known.bead.first == first:
-            bead = run.known.bead
-            judge.knows(bead, run.known.spent)
+    return _RunSearch(context, run).planned(count)
+
+
+class _RunSearch:
+    """Beads planned one after the other, so far."""
+
+    def __init__(self, context: Context, run: BeadRun) -> None:
+        self.context, self.run = context, run
+        self.reduced = reduced_budget(context)
+        self.judge = InfeasiblePartJudge(context, run.firsts[0], run.share, run.full_searches)
+        self.beads: list[BeadPlan] = []
+        self.travels: list[TravelPath] = []
+        self.travel_failures: dict[int, Failure] = {}
+        self.put_off: PutOff | None = None
+        if run.begun is not None:
+            plan = run.begun.plan
+            self.beads, self.travels = list(plan.beads), list(plan.travels)
+            self.travel_failures = dict(plan.travel_failures)
+            self.judge.go_on(run.begun.judged)
+        self.judge.lost |= run.lost
+        self.ahead = BeadsAhead(context, run.firsts[len(self.beads) :], run.stop)
+
+    def planned(self, count: Callable[[], None]) -> PlannedRun:
+        """Plan what is left of them."""
+        stops = [*self.run.firsts[1:], self.run.stop]
+        last = next((bead.stretches[-1] for bead in reversed(self.beads) if bead.stretches), None)
+        for first, stop in list(zip(self.run.firsts, stops, strict=True))[len(self.beads) :]:
+            judged = self.judge.judged
+            bead = self._bead(first, stop, last)
+            if bead is None:
+                self.put_off = self.put_off or PutOff(self._plan(), judged)
+                if self.run.begun is not None:
+                    break
+                bead = lost_bead(first, stop, {})
+            if bead.whole and stop < self.context.span.stop and not self.ahead.can_leave(last, bead):
+                bead, _ = that_can_leave(self.context, bead)
+            if last is not None and bead.whole:
+                bead = self._led_to(bead, last)
+            self.beads.append(bead)
+            last = bead.stretches[-1] if bead.stretches else last
+            count()
+        return PlannedRun(self._plan(), self.judge.lost, self.put_off)
+
+    def _plan(self) -> PartPlan:
+        return PartPlan(tuple(self.beads), tuple(self.travels), dict(self.travel_failures))
+
+    def _bead(self, first: int, stop: int, last: Stretch | None) -> BeadPlan | None:
+        """A bead; None: it is put off."""
+        if self.run.known is not None and self.run.known.bead.first == first:
+            self.judge.knows(self.run.known.bead, self.run.known.spent)
+            return self.run.known.bead
+        q_before = self.run.q_before if last is None else last.q_targets[-1]
+        found = self.ahead.bead(first, q_before)
+        vain = self.ahead.in_vain(first, q_before)
+        in_full = partial(plan_bead, self.context, first, stop, q_before, quickly=vain is None)
+        return found or self.judge.plan(first, stop, q_before, in_full, vain)
+
+    def _led_to(self, bead: BeadPlan, last: Stretch) -> BeadPlan:
+        """A whole bead with the travel to it, or why there is none."""
+        # where the part is lost, what is still searched for is what to report
+        context, before, first = self.context, self.context.work, bead.first
+        reduced = self.run.reduced or self.put_off is not None
+        whole = not reduced and not self.travel_failures and all(bead.whole for bead in self.beads)
+        known = not self.beads[-1].open and self.judge.left(bead.stop) > 0
+        straight = self.ahead.travel(last, bead)
+        way: TravelPath | Failure
+        if straight is not None:
+            way = straight
+        elif whole or known:
+            bead, way = travel_to(context if whole else self.reduced, last, bead)
         else:
-            q_before = run.q_before if last is None else last.q_targets[-1]
-            found = ahead.bead(first, q_before)
-            vain = ahead.in_vain(first, q_before)
-            in_full = partial(plan_bead, context, first, stop, q_before, quickly=vain is None)
-            bead = found or judge.plan(first, stop, q_before, in_full, vain)
-        if bead.whole and stop < context.span.stop and not ahead.can_leave(last, bead):
-            bead, _ = that_can_leave(context, bead)
-        if last is not None and bead.whole:
-            # where the part is lost, what is still searched for is what to report
-            before = context.work
-            whole = not run.reduced and not travel_failures and all(bead.whole for bead in beads)
-            known = not beads[-1].open and judge.left(stop) > 0
-            straight = ahead.travel(last, bead)
-            if straight is not None:
-                way = straight
-            elif whole or known:
-                bead, way = travel_to(context if whole else reduced, last, bead)
-            else:
-                way = travel(reduced_budget(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
-            if isinstance(way, Failure) and not run.reduced:
-                judge.charge(before)  # of a chunk's own beads it is not known yet that none is found
-            if isinstance(way, Failure) and not (whole or known):
-                bead = replace(bead, open=frozenset([first]))
-            elif isinstance(way, Failure):
-                travel_failures[first] = travel_failure(way, last, first)
-            else:
-                travels.append(way)
-        beads.append(bead)
-        last = bead.stretches[-1] if bead.stretches else last
-        count()
-    return PartPlan(tuple(beads), tuple(travels), travel_failures)
+            way = travel(reduced_budget(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
+        if not isinstance(way, Failure):
+            self.travels.append(way)
+            return bead
+        if not reduced:
+            self.judge.charge(before)  # of a chunk's own beads it is not known yet that none is found
+        if not (whole or known):
+            return replace(bead, open=frozenset([first]))
+        self.travel_failures[first] = travel_failure(way, last, first)
+        return bead
 
 
 def known_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> KnownBead:
@@ -178,161 +300,12 @@ def known_bead(context: Context, first: int, stop: int, q_before: Floats | None,
     Returns:
         The bead.
     """
-    judge = InfeasiblePartJudge(context, first, share)
+    judge = InfeasiblePartJudge(context, first, share, full_searches=1)
     bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
+    assert bead is not None  # one may be searched in full
     return KnownBead(bead, judge.spent)
 
 
 def travel_failure(travel: Failure, last: Stretch, first: int) -> Failure:
     """Why no travel leads from what was welded last to a bead that begins at a target."""
-    return travel.at(Place(Where.TRAVEL, from_target=last.stop - 1, to_target=first))
-
-
-def reduced_budget(context: Context, to: int | None = None) -> Context:
-    """The same, with fewer attempts at a travel, or so many."""
-    attempts = max(context.settings.travel_attempts // REDUCED, 1) if to is None else to
-    return replace(context, settings=replace(context.settings, travel_attempts=attempts))
-
-
-def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = ()) -> tuple[BeadPlan, bool]:
-    """The bead, ended elsewhere if only so the torch can be drawn back from it; and whether it can."""
-    deposits_laid = int(context.laid[bead.stop - 1])
-    ends: list[Floats] = []
-    tried = bead
-    while tried.whole:
-        if can_leave(context, tried.stretches[0], deposits_laid):
-            return tried, True
-        ends.append(tried.stretches[0].q_targets[-1])
-        if len(ends) == BEGINNINGS:
-            break
-        tried = searched_again(context, bead, Ends(None, avoid, ends))
-    return bead, False
-
-
-def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, TravelWay | Failure]:
-    """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it."""
-    deposits_laid = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
-    avoid: list[Floats] = []
-    tried = bead
-    failed: Failure | None = None
-    while True:
-        start = tried.stretches[0]
-        way = travel(context, last, start, deposits_laid)
-        if not isinstance(way, Failure):
-            return replace(tried, stretches=(turned(start, way),)), way
-        failed = failed or way
-        avoid.append(start.q_targets[0])
-        if len(avoid) == BEGINNINGS or _cannot_leave(way):
-            return bead, failed
-        tried = searched_again(context, bead, Ends(last.q_targets[-1], avoid))
-        tried, _ = that_can_leave(context, tried, avoid)
-        if not tried.whole:
-            return bead, failed
-
-
-def _cannot_leave(travel: Failure) -> bool:
-    """Whether a travel failed on the way out of the bead before it, where no other beginning of the next can help."""
-    effort = travel.effort
-    return effort is not None and effort.shut_in == "leaving" and effort.attempts is None
-
-
-def plan_bead(
-    context: Context,
-    first: int,
-    stop: int,
-    q_before: Floats | None,
-    most: float | None = None,
-    *,
-    quickly: bool = True,
-) -> BeadPlan:
-    """Plan one bead.
-
-    Args:
-        context: what the search needs.
-        first: its first target.
-        stop: one past its last.
-        q_before: where the arm comes from, (j,), rad, or None.
-        most: configurations that may be asked about once a target of it is known to be lost; None: any number.
-        quickly: whether the quick search comes first; it need not where it has found no way already.
-
-    Returns:
-        The plan; beyond that limit, targets that only a finer search could settle are left open.
-    """
-    begun, step = context.work, context.settings.roll_step
-    bead, ends = SearchedBead.of(context, first, stop), Ends(q_before)
-    plan = _search(bead, ends, step) if quickly else _in_full(bead, ends, step)
-    if plan.whole or context.window.is_fixed or not plan.may_be_mended:
-        return plan
-    free = _free_between(context, plan, step / FINER_ROLLS)
-    lost = {i for i in plan.target_failures if not free.get(i)}
-    left = np.inf if most is None or not lost else most - (context.work - begun)
-    finer = _search(bead, ends, step / FINER_ROLLS, _Rolls(_all(free), most=left))
-    if finer.open:
-        return plan.only(lost)
-    plan = _better(plan, finer)
-    if plan.whole or not all(i in free and free[i] for i in plan.target_failures):
-        return plan
-    free |= _free_between(context, plan, step / FINER_ROLLS, free)
-    rolls = _Rolls(_all(free), FINEST_ROUNDS)
-    return _better(plan, _search(bead, ends, step / FINER_ROLLS**2, rolls))
-
-
-def _better(plan: BeadPlan, other: BeadPlan) -> BeadPlan:
-    """The plan that loses fewer targets, and of these fewer altogether; the first of two alike."""
-    return other if (other.lost, len(other.target_failures)) < (plan.lost, len(plan.target_failures)) else plan
-
-
-def _free_between(
-    context: Context, plan: BeadPlan, step: float, known: Mapping[int, Stretches] | None = None
-) -> dict[int, Stretches]:
-    """Rolls at which the lost targets of a bead are free by themselves, of those that are not proved out."""
-    some = [i for i, lost in plan.target_failures.items() if not lost.failure.proved and i not in (known or {})]
-    between = {i: plan.target_failures[i].failure.between for i in some}
-    alone = {i: float(np.deg2rad(b.roll_deg)) for i, b in between.items() if b is not None and b.collision is None}
-    return collision_free_rolls(context, some, step, alone)
-
-
-def _all(found: Mapping[int, Stretches]) -> Floats:
-    return stabbing(stretch for stretches in found.values() for stretch in stretches)
-
-
-@dataclass(frozen=True, eq=False)
-class _Rolls:
-    """How a bead is searched whose roll turns as fast as the joints can.
-
-    Attributes:
-        also: rolls beside the samples, (m,), rad.
-        rounds: searches until it is given up.
-        most: configurations that may be asked about.
-    """
-
-    also: Floats
-    rounds: int = MOST_SEARCHES
-    most: float = np.inf
-
-
-def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | None = None) -> BeadPlan:
-    """Search a bead: quickly, and in full where that finds none."""
-    if StationSearch.suits(bead):
-        stretch = StationSearch(bead, roll_step, ends).run()
-        if stretch is not None:
-            return BeadPlan(bead.first, bead.first + len(bead), (stretch,), {}, {})
-    return _in_full(bead, ends, roll_step, free)
-
-
-def _in_full(bead: SearchedBead, ends: Ends, roll_step: float, free: _Rolls | None = None) -> BeadPlan:
-    """Search a bead at all rolls of every target."""
-    context, also = bead.context, None if free is None else free.also
-    nodes = evaluate(context.solver, bead.placed, context.window, roll_step, context.limits, also)
-    for at, q in [*((0, q) for q in ends.begin_off), *((-1, q) for q in ends.end_off)]:
-        # whole turns are the travel's own to try
-        off = np.abs(wrap(nodes.q[at] - q)).max(axis=-1)
-        nodes.cost[at][off < ELSEWHERE] = np.inf
-    if free is None:
-        return BeadSearch(bead, nodes).run(ends.q_before)
-    return BeadSearch(bead, nodes, turns_freely=True, rounds=free.rounds, most=free.most).run(ends.q_before)
-
-
-def searched_again(context: Context, bead: BeadPlan, ends: Ends) -> BeadPlan:
-    """A bead that begins and ends well off given configurations."""
-    return _search(SearchedBead.of(context, bead.first, bead.stop), ends, context.settings.roll_step)
+    return travel.at(FailurePlace(Where.TRAVEL, from_target=last.stop - 1, to_target=first))

@@ -2,8 +2,8 @@
 
     stretch = StationSearch(bead, roll_step, ends).run()      # None: search in full
 
-Stations stand at most a ``Spacing`` apart along the bead. Every roll and branch is looked at there; between them only
-rolls near the way through the stations, in its branch. Where the way collides at a station, rolls around are looked at,
+Stations stand at most a ``Spacing`` apart along the bead. Every roll and branch is checked there; between them only
+rolls near the way through the stations, in its branch. Where the way collides at a station, rolls around are checked,
 and it goes elsewhere; where it collides between two, another station is put there. Nothing is taken on trust: a way
 counts when all of it has been followed and checked. What is not found here may still be there.
 
@@ -14,56 +14,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ik import bead_path_quick as banded
-from ik import closed_form
 from ik.bead_path import ROLL_COST
 from ik.chain import Floats
-from ik.roll import apply_roll, wrap
-from ik.singularity import margins
+from ik.roll import wrap
 
 from ..arrays import Ints
 from ..failure import Kind
-from ..scene.placement import Placed
 from .blocked_rolls import with_blocked_rolls
-from .configurations import NEAR_COST, near_cost, standing_cost
-from .context import Context
-from .edge_check import SearchedBead, Stretch, check_edges
+from .configurations import NEAR_COST, near_cost
+from .edges.edge_check import SearchedBead, Stretch, check_edges
+from .stations import STILL, Spacing, StationNodes, nodes_of_poses
 
-LEAST_STATIONS = 4
 ROUNDS, LOOKS = 8, 24  # ways followed, and ways through the stations before each, until it is left to the full search
 MAX_TRIES = 4  # ways that are free, but near something, before the clearest of them is taken
 ROLL_SAMPLES_APART = 2  # samples the roll may change between stations
-BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls looked at between stations, samples
-NEARBY, STILL = np.array([-1, 0, 1]), np.array([0])  # of those, from target to target
+BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls checked between stations, samples
+NEARBY = np.array([-1, 0, 1])  # of those, from target to target
 EARLIER, LATER = slice(None, -1), slice(1, None)
 MORE = 3  # stations put in at a time
-EVERY = 4  # targets, of which one is looked at where beads are to be weighed
 ELSEWHERE = np.deg2rad(40.0)  # an end is another one where some joint is further away
 COLLISION_PENALTY = 2.0  # s that a node is worth avoiding where nodes beside it collide
 UNKNOWN, FREE, HIT = 0, 1, 2
-
-
-@dataclass(frozen=True)
-class Spacing:
-    """How far apart stations are at most.
-
-    Attributes:
-        length: along the bead, m.
-        turn: of the wire, rad.
-    """
-
-    length: float = 0.04
-    turn: float = np.deg2rad(12.0)
-
-    @classmethod
-    def of_a_held_roll(cls) -> Spacing:
-        """Wider: there are only branches to choose from, and the way that is chosen is checked all along as any."""
-        return cls(4 * cls.length, 4 * cls.turn)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,43 +57,6 @@ class Ends:
     end_off: Sequence[Floats] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class StationNodes:
-    """All that there is to choose from at the stations of a bead.
-
-    Attributes:
-        Ts: the bead's targets at roll 0, base frame, (t, 4, 4), m.
-        at: the stations, (s,).
-        q: configurations there, (j, s, g, r), rad.
-        cost: what standing there costs, (s, g, r), s; infinite where it is not allowed.
-    """
-
-    Ts: Floats
-    at: Ints
-    q: Floats
-    cost: Floats
-
-    @classmethod
-    def of_each(cls, beads: Sequence[SearchedBead], roll_step: float, spacing: Spacing | None = None) -> list[Self]:
-        """Those of beads, worked out together.
-
-        Args:
-            beads: that :meth:`StationSearch.suits`, one after the other in the part.
-            roll_step: distance of the roll's samples, rad.
-            spacing: of the stations; what suits the roll's window where left out.
-        """
-        context = beads[0].context
-        spacing = spacing or (Spacing.of_a_held_roll() if context.window.is_fixed else Spacing())
-        targets = context.placed.rows(slice(beads[0].first, beads[-1].first + len(beads[-1])))
-        Ts = np.split(targets.Ts_base_target, np.cumsum([len(bead) for bead in beads])[:-1])
-        at = [stations(bead.placed, spacing) for bead in beads]
-        some = np.concatenate([each[k] for each, k in zip(Ts, at, strict=True)])
-        rolls = context.window.samples(roll_step)
-        q, cost = _standing_at(context, some, np.broadcast_to(rolls, (len(some), len(rolls))))
-        ends = np.cumsum([len(k) for k in at])[:-1]
-        return [cls(*one) for one in zip(Ts, at, np.split(q, ends, axis=1), np.split(cost, ends), strict=True)]
-
-
 class StationSearch:
     """One bead's search. Targets count from the bead's first."""
 
@@ -129,7 +68,7 @@ class StationSearch:
         spacing: Spacing | None = None,
         nodes: StationNodes | None = None,
     ) -> None:
-        """Look at every node of the stations.
+        """Check every node of the stations.
 
         Args:
             bead: what to search a way along; see :meth:`suits`.
@@ -167,10 +106,10 @@ class StationSearch:
             The whole bead, checked; None if that was not found.
         """
         for _ in range(ROUNDS):
-            way = self.way()
+            way = self.cheapest_path()
             if way is None:
                 break
-            group, roll, q = way
+            branch, roll, q = way
             start = np.arange(len(q) - 1)
             pair = np.stack([start, start + 1], axis=1)
             found = check_edges(self.bead, start, roll[pair], q[pair])
@@ -181,29 +120,29 @@ class StationSearch:
                 break
             ends = np.unique([*bad, *(i + 1 for i in bad)])
             if not self._add(ends):
-                self._avoid(ends, group, roll[ends])
+                self._avoid(ends, branch, roll[ends])
         return None
 
-    def way(self) -> tuple[int, Floats, Floats] | None:
-        """The cheapest way that is free at the stations: group, rolls (t,) and configurations (t, j) of all targets."""
+    def cheapest_path(self) -> tuple[int, Floats, Floats] | None:
+        """The cheapest path free at the stations: branch, rolls (t,) and configurations (t, j) of all targets."""
         found = self._through_stations()
         if found is None:
             return None
-        group, samples = found
+        branch, samples = found
         roll = self._rolls_between(samples)
         every = np.arange(len(self.bead))
-        q, cost = self._standing(every, roll, group)
-        cost += self._expected_cost_between(group, roll)[:, None]
+        q, cost = self._nodes_of(every, roll, branch)
+        cost += self._expected_cost_between(branch, roll)[:, None]
         cost[0] += self._arriving(q[:, 0])
         way = self._cheapest(q, roll, cost)
         if way is None:
             return None
-        q_way = banded.unwound(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
-        return None if q_way is None else (group, roll[every, way[1]], q_way)
+        q_way = banded.with_whole_turns(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
+        return None if q_way is None else (branch, roll[every, way[1]], q_way)
 
     @property
     def shut(self) -> bool:
-        """Whether nothing is left at some station: of a held roll, for which all is looked at, no way is then whole."""
+        """Whether nothing is left at some station: of a held roll, for which all is checked, no way is then whole."""
         left = np.isfinite(self.cost) & (self.known != HIT)
         return not left.any(axis=(1, 2)).all()
 
@@ -219,7 +158,7 @@ class StationSearch:
         return banded.cheapest(cost, banded.prices(self.chain, q, roll, self.bounds, NEARBY, circular=False), NEARBY)
 
     def _rolls_between(self, samples: Ints) -> Floats:
-        """Rolls to look at for every target, (t, b), around those chosen at the stations, (s,) samples."""
+        """Rolls to check for every target, (t, b), around those chosen at the stations, (s,) samples."""
         chosen, window = self.rolls[samples], self.context.window
         if window.is_fixed:
             return np.full((len(self.bead), 1), window.low)
@@ -227,12 +166,12 @@ class StationSearch:
         roll = np.interp(np.arange(len(self.bead)), self.at, steady)[:, None] + BESIDE * self.roll_step
         return roll if window.is_full else np.clip(roll, window.low, window.high)
 
-    def _expected_cost_between(self, group: int, roll: Floats) -> Floats:
+    def _expected_cost_between(self, branch: int, roll: Floats) -> Floats:
         """What rolls (t, b) between stations are worth avoiding for what is known at the stations beside them, s."""
-        expected_cost = np.where(self.known[:, group] == HIT, COLLISION_PENALTY, self.expected_cost[:, group])
-        if expected_cost.any():  # where something is near, what has not been looked at may be nearer
+        expected_cost = np.where(self.known[:, branch] == HIT, COLLISION_PENALTY, self.expected_cost[:, branch])
+        if expected_cost.any():  # where something is near, what has not been checked may be nearer
             expected_cost = np.where(
-                self.known[:, group] == UNKNOWN, np.maximum(expected_cost, NEAR_COST), expected_cost
+                self.known[:, branch] == UNKNOWN, np.maximum(expected_cost, NEAR_COST), expected_cost
             )
         after = np.minimum(np.searchsorted(self.at, np.arange(len(roll))), len(self.at) - 1)
         before = np.maximum(after - (self.at[after] > np.arange(len(roll))), 0)
@@ -302,7 +241,7 @@ class StationSearch:
         return wrap(turn) if self.context.window.is_full else turn
 
     def _look_around(self, s: Ints, g: int) -> None:
-        """Look at every second roll at one of some stations where the way collides; expect the same at the others."""
+        """Check every second roll at one of some stations where the way collides; expect the same at the others."""
         i = int(s[len(s) // 2])
         r = np.arange(0, len(self.rolls), 2)
         r = r[(self.known[i, g, r] == UNKNOWN) & np.isfinite(self.cost[i, g, r])]
@@ -316,12 +255,12 @@ class StationSearch:
                 self.known[expected] == FREE, self.expected_cost[expected], COLLISION_PENALTY
             )
 
-    def _avoid(self, targets: Ints, group: int, roll: Floats) -> None:
-        """Expect no good of rolls (t,) at targets that are stations: they are free, but what lies between is not."""
+    def _avoid(self, targets: Ints, branch: int, roll: Floats) -> None:
+        """Penalise rolls (t,) at targets that are stations: these are free, but the edges between them are not."""
         s, count = np.searchsorted(self.at, targets), len(self.rolls)
         low, high = self._beside(roll)
         for r in (low - 1, low, high, high + 1):  # those beside it are hardly better
-            self.expected_cost[s, group, r % count] += COLLISION_PENALTY
+            self.expected_cost[s, branch, r % count] += COLLISION_PENALTY
 
     def _beside(self, roll: Floats) -> tuple[Ints, Ints]:
         """The samples on either side of rolls; one and the same where a roll is a sample."""
@@ -335,7 +274,7 @@ class StationSearch:
         if not len(new):
             return False
         some = new[np.unique(np.linspace(0, len(new) - 1, MORE + 2)[1:-1].round().astype(np.int64))]
-        q, cost = self._standing(some, np.broadcast_to(self.rolls, (len(some), len(self.rolls))))
+        q, cost = self._nodes_of(some, np.broadcast_to(self.rolls, (len(some), len(self.rolls))))
         where = np.searchsorted(self.at, some)
         self.at = np.insert(self.at, where, some)
         self.q = np.insert(self.q, where, q, axis=1)
@@ -344,9 +283,9 @@ class StationSearch:
         self.expected_cost = np.insert(self.expected_cost, where, 0.0, axis=0)
         return True
 
-    def _standing(self, at: Ints, rolls: Floats, group: int | None = None) -> tuple[Floats, Floats]:
-        """Nodes (j, t, g, r) of some targets at rolls (t, r), and what standing there costs, (t, g, r), s."""
-        q, cost = _standing_at(self.context, self.Ts[at], rolls, group)
+    def _nodes_of(self, at: Ints, rolls: Floats, branch: int | None = None) -> tuple[Floats, Floats]:
+        """Nodes (j, t, g, r) of some targets at rolls (t, r), and what each costs, (t, g, r), s."""
+        q, cost = nodes_of_poses(self.context, self.Ts[at], rolls, branch)
         self._keep_off(at, q, cost)
         return q, cost
 
@@ -365,65 +304,3 @@ class StationSearch:
         turning = banded.several_turns(self.chain)
         move[turning] = wrap(move[turning])
         return np.nan_to_num((np.abs(move) / self.bounds.speed[:, None, None]).max(axis=0), nan=np.inf)
-
-
-def held_rolls_price(
-    beads: Sequence[SearchedBead], nodes: Sequence[StationNodes], group: int, rolls: Floats, roll_step: float
-) -> Floats:
-    """What beads cost in a branch with rolls (b,) held all along, (b,), s: by one of a few steps of each.
-
-    Args:
-        beads: the beads.
-        nodes: theirs.
-        group: the branch.
-        rolls: rad.
-        roll_step: distance of the roll's samples, rad.
-    """
-    context = beads[0].context
-    some = [np.arange((len(bead) - 2) % EVERY // 2, len(bead) - 1, EVERY) for bead in beads]
-    Ts = np.concatenate([each.Ts[np.stack([i, i + 1], axis=1).ravel()] for each, i in zip(nodes, some, strict=True)])
-    every = np.broadcast_to(rolls, (len(Ts), len(rolls)))
-    q, cost = _standing_at(context, Ts, every, group)
-    # between the steps there are edges as well, which do not count
-    times, largest = (
-        np.repeat(np.concatenate([getattr(bead, name)[i] for bead, i in zip(beads, some, strict=True)]), 2)[:-1]
-        for name in ("times", "largest")
-    )
-    bounds = banded.Bounds(beads[0].speed, times, largest, ROLL_COST / roll_step, np.full(len(times), roll_step))
-    edges = banded.prices(context.solver.chain, q, every, bounds, STILL, circular=False)
-    weight = np.repeat([len(bead) / len(i) for bead, i in zip(beads, some, strict=True)], [len(i) for i in some])
-    return np.asarray(weight @ (cost[::2, 0] + edges[::2, 0, 0]))
-
-
-def _standing_at(context: Context, Ts: Floats, rolls: Floats, group: int | None = None) -> tuple[Floats, Floats]:
-    """Nodes (j, t, g, r) of poses (t, 4, 4) at rolls (t, r), and what standing there costs, (t, g, r), s."""
-    solver = context.solver
-    assert solver.form is not None
-    rolled = apply_roll(Ts[:, None], rolls)
-    if group is None:
-        raw = closed_form.solve(solver.form, rolled)
-    else:
-        raw = closed_form.solve_branch(solver.form, rolled, group)[:, :, None]
-    q, inside, room = banded.standings(solver.chain, raw)
-    margin = np.swapaxes(margins(solver.chain, solver.geometry, raw), 1, 2)
-    least = context.limits.values(True)
-    allowed = inside & (margin >= least).all(axis=-1)
-    return q, np.where(allowed, standing_cost(room, margin, least), np.inf)
-
-
-def stations(placed: Placed, spacing: Spacing) -> Ints:
-    """Targets at most a spacing apart, the first and the last among them."""
-    measure = _apart(placed.bead, spacing)
-    if placed.moving is not None:  # what the arm has to do is another way
-        measure = np.maximum(measure, _apart(placed, spacing))
-    along = np.concatenate([[0.0], np.cumsum(measure)])
-    wanted = max(int(np.ceil(along[-1])) + 1, LEAST_STATIONS)
-    some = np.searchsorted(along, np.linspace(0.0, along[-1], wanted) - 1e-9)
-    return np.unique(np.append(some, len(along) - 1))
-
-
-def _apart(placed: Placed, spacing: Spacing) -> Floats:
-    """How far each target is from the one before, (t - 1,), as a share of what stations are apart."""
-    length = np.linalg.norm(np.diff(placed.position, axis=0), axis=1)
-    cosine = np.einsum("ti,ti->t", placed.normal[1:], placed.normal[:-1])
-    return np.maximum(length / spacing.length, np.arccos(np.clip(cosine, -1.0, 1.0)) / spacing.turn)

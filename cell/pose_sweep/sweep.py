@@ -1,7 +1,7 @@
 """Which table angles work: the verdict at every pose of a grid, on all cores, resumable.
 
     poses = grid(case, "-90:90:15")
-    found = sweep(case, poses, jobs=2, log="sweep.jsonl", progress=sys.stderr)
+    found = sweep(case, poses, processes=2, log="sweep.jsonl", progress=sys.stderr)
     found = sweep(case, poses, executor=ThreadPoolExecutor(2))       # or any other of concurrent.futures
     document = sweep_document(case, found)                           # "rbam-sweep/1"
 
@@ -34,7 +34,7 @@ from ..errors import InputError
 from ..job.job import Job, prepare
 from ..job.table_groups import table_groups
 from ..plain import plain
-from ..progress import Progress, counted
+from ..progress import Progress, counted_progress
 from ..scene.compose import compose
 from ..table_poses.hopeless_poses import Screened, screen_all
 from ..table_poses.suited_poses import alone
@@ -45,7 +45,7 @@ from .grid import Pose
 from .log import Log
 from .ranking import SCHEMA as SCHEMA
 from .ranking import sweep_document as sweep_document
-from .workers import completed, processes
+from .workers import completed, worker_processes
 
 LOG = logging.getLogger(__name__)
 
@@ -227,7 +227,7 @@ def _measures(result: Result) -> dict[str, Any]:
     return found
 
 
-def require_standing(case: Case) -> None:
+def require_fixed_table(case: Case) -> None:
     """Refuse a table that moves along the beads: a map says of poses whether what is built at them can be.
 
     Args:
@@ -248,7 +248,7 @@ def sweep(
     case: Case,
     poses: Sequence[Pose | tuple[float, float]],
     *,
-    jobs: int | None = None,
+    processes: int | None = None,
     log: str | None = None,
     progress: Progress | None = None,
     executor: Executor | None = None,
@@ -258,9 +258,9 @@ def sweep(
     Args:
         case: the case.
         poses: from ``cell.grid``, or E1, E2 pairs, deg.
-        jobs: number of processes; default: one for each core.
+        processes: number of processes; default: one for each core.
         log: file of finished poses, one JSON a line; poses that it holds already are not computed again.
-        progress: told how far it is.
+        progress: called with how far it is.
         executor: used instead of processes of the sweep's own; it is left running.
 
     Returns:
@@ -270,7 +270,7 @@ def sweep(
         InputError: the table moves along the beads, the log belongs to another case, or a worker was
             killed (finished poses are in the log).
     """
-    require_standing(case)
+    require_fixed_table(case)
     asked = [Pose(*pose) for pose in poses]
     mark = mark_of(case)
     with Log(log, mark) as book:
@@ -278,9 +278,9 @@ def sweep(
             LOG.warning("%s: %d damaged line(s) were left out; their poses are computed again", log, book.damaged)
         todo = [pose for pose in dict.fromkeys(asked) if pose not in book.done]
         work = SweepPlan(mark, case, tuple(todo))
-        with counted(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
+        with counted_progress(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
             try:
-                with closing(_outcomes(work, jobs, executor)) as rows:
+                with closing(_outcomes(work, processes, executor)) as rows:
                     for row in rows:
                         book.add(row)
                         count()
@@ -342,13 +342,13 @@ class SweepPlan:
             yield from rows
 
 
-def _outcomes(work: SweepPlan, jobs: int | None, executor: Executor | None) -> Rows:
+def _outcomes(work: SweepPlan, processes: int | None, executor: Executor | None) -> Rows:
     if executor is not None:
         yield from work.rows(partial(completed, executor))
         return
-    jobs = min(jobs or os.cpu_count() or 1, len(work.poses))
-    if jobs <= 1:
+    processes = min(processes or os.cpu_count() or 1, len(work.poses))
+    if processes <= 1:
         yield from work.rows(lambda units: (unit() for unit in units))
         return
-    with processes(jobs) as pool:
+    with worker_processes(processes) as pool:
         yield from work.rows(partial(completed, pool))

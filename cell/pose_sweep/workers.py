@@ -1,6 +1,6 @@
 """Who computes a sweep: processes of one's own, or any executor of ``concurrent.futures``.
 
-    with processes(2) as pool:
+    with worker_processes(2) as pool:
         for result in completed(pool, units): ...          # units are callables that can be pickled
     with dask_cluster("tcp://127.0.0.1:8786") as executor:
         sweep(case, poses, executor=executor)
@@ -79,7 +79,7 @@ def completed(executor: Executor, units: Iterable[Callable[[], T]]) -> Generator
 
 
 @contextmanager
-def processes(workers: int) -> Iterator[Executor]:
+def worker_processes(workers: int) -> Iterator[Executor]:
     """Processes that end with the block and with their parent; on Ctrl-C the unit they are at is finished first.
 
     Args:

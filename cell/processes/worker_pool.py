@@ -1,6 +1,6 @@
 """Work shared out among processes, with results that do not depend on how many there are.
 
-    with working(jobs=2):
+    with working(processes=2):
         found = pool().run(function, shared, items, tick)     # [function(shared, item, tick) for item in items]
 
 A function that is run computes its result from what is shared and from its item alone, so that who computes it changes
@@ -66,13 +66,13 @@ class _Worker:
 class WorkerPool:
     """Workers that are started when there is something to share out."""
 
-    def __init__(self, jobs: int) -> None:
+    def __init__(self, processes: int) -> None:
         """Start nothing yet.
 
         Args:
-            jobs: processes to share work out among; with 1 it is done in this one.
+            processes: to share work out among; with 1 it is done in this one.
         """
-        self.jobs = jobs
+        self.processes = processes
         # s of processor time: of each round that of the worker that had most to do, together, but for what of its start
         # this process had something else to do meanwhile
         self.busiest = 0.0
@@ -108,7 +108,7 @@ class WorkerPool:
             InputError: a worker was killed.
         """
         tick = tick or _nothing
-        count = min(self.jobs, len(items))
+        count = min(self.processes, len(items))
         if count <= 1:
             return [function(shared, item, tick) for item in items]
         self._share(shared)
@@ -125,7 +125,7 @@ class WorkerPool:
             count: how many items there will be for them.
             module: what they import.
         """
-        before, count = len(self._workers), min(self.jobs, count)
+        before, count = len(self._workers), min(self.processes, count)
         if count > 1 and not may_fork():
             self._start(count)
             for worker in self._workers[before:]:
@@ -139,9 +139,9 @@ class WorkerPool:
             count: how many items it will be given.
             copies: whether copies of this process begin as well: what is worked out before, they need not.
         """
-        if min(self.jobs, count) > 1 and (copies or not may_fork()):
+        if min(self.processes, count) > 1 and (copies or not may_fork()):
             self._share(shared)
-            self._start(min(self.jobs, count))
+            self._start(min(self.processes, count))
             for worker in self._workers:
                 self._give(worker)
 
@@ -321,19 +321,19 @@ def pool(*, large: bool = True) -> WorkerPool:
 
 
 @contextmanager
-def working(jobs: int) -> Iterator[WorkerPool]:
+def working(processes: int) -> Iterator[WorkerPool]:
     """Share work out among processes, which end with the block and with their parent.
 
     Args:
-        jobs: how many; with 1 whoever is at work already goes on.
+        processes: how many; with 1 whoever is at work already goes on.
 
     Yields:
         The workers.
     """
-    if jobs <= 1:
+    if processes <= 1:
         yield pool()
         return
-    mine = WorkerPool(jobs)
+    mine = WorkerPool(processes)
     token = _pool.set(mine)
     try:
         yield mine

@@ -54,7 +54,7 @@ def on_beads(job: Job, run: SimulatedProgram) -> SimulatedProgram:
         target[rows] = beads.targets(bead, x[rows], np.append(np.diff(run.move[rows]) != 0, True))
         expected = bead + 1
     target = _led_to(target)
-    return with_beads(run, t.path[target].astype(np.int64), t.layer[target].astype(np.int64), target, job.order)
+    return with_beads(run, t.bead[target].astype(np.int64), t.layer[target].astype(np.int64), target, job.order)
 
 
 def _led_to(target: Ints) -> Ints:
@@ -71,7 +71,7 @@ class _Beads:
     """The targets as chords."""
 
     def __init__(self, job: Job) -> None:
-        self.path = np.asarray(job.targets.path)
+        self.path = np.asarray(job.targets.bead)
         self.p = job.targets.position * METRES_PER_MM
         self.along = along_beads(job)
         self.first = np.searchsorted(self.path, np.arange(int(self.path.max()) + 2))

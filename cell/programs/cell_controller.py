@@ -58,7 +58,7 @@ def frames_of(job: Job, controller: Controller) -> ProgramFrames:
         told.append(_taken(f"TOOL_DATA[{section.tool}]", tool.T_flange_tcp))
     else:
         tool = ToolFrame(own if section.tool is None else matrix_of(section.tool))
-    on_table = part_frame(job, controller.machine)
+    on_table = base_on_part(job, controller.machine)
     if isinstance(section.base, int):
         base = controller.base_data[section.base]
         told.append(_taken(f"BASE_DATA[{section.base}]", base.T))
@@ -68,7 +68,7 @@ def frames_of(job: Job, controller: Controller) -> ProgramFrames:
     return ProgramFrames(controller.program, tool, base, tuple(told))
 
 
-def part_frame(job: Job, machine: int) -> BaseFrame:
+def base_on_part(job: Job, machine: int) -> BaseFrame:
     """Where the part stands: on the table that moves it, or in the arm's base where no axis does.
 
     Args:
@@ -111,5 +111,5 @@ def cell_controller(job: Job) -> Controller:
     if isinstance(section.tool, int):
         tools.setdefault(section.tool, T_flange_tcp(scene))
     if isinstance(section.base, int):
-        bases.setdefault(section.base, replace(part_frame(job, section.machine), number=section.base))
+        bases.setdefault(section.base, replace(base_on_part(job, section.machine), number=section.base))
     return replace(made, tool_data=tools, base_data=bases)

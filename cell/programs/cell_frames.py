@@ -17,7 +17,7 @@ from ik.chain import Floats
 
 from ..job.job import Job
 from ..rigid import inverse, pose
-from ..scene.calibration import frame_of
+from ..scene.calibration import frame_from_mm_deg
 from ..scene.scene import Scene
 
 
@@ -35,7 +35,7 @@ def T_base_root(job: Job) -> Floats:
     """Where the positioner stands in the arm's base, (4, 4), m: its measured root, or the case's place of it."""
     scene, calibration = job.scene, job.case.positioner.calibration
     if calibration is not None:
-        return inverse(scene.T_world_base()) @ frame_of(calibration.root_mm_deg)
+        return inverse(scene.T_world_base()) @ frame_from_mm_deg(calibration.root_mm_deg)
     data = mujoco.MjData(scene.model)
     mujoco.mj_kinematics(scene.model, data)
     body = int(scene.model.site_bodyid[scene.sites["table"]])

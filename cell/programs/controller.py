@@ -22,7 +22,7 @@ from ..case.controller_section import KRL_WORDS, MOST_PROGRAM_NAME, FrameSection
 from ..case.sections import Case
 from ..units import METRES_PER_MM
 from .hooks import HookPattern, hook_patterns
-from .orientation import frame_of
+from .orientation import frames_of_poses
 from .program import BaseFrame, EventKind, ToolFrame
 
 Forward = Callable[[Floats, Floats, ToolFrame, BaseFrame], Floats]
@@ -135,7 +135,7 @@ HOOKS = (EventKind.ARC_ON, EventKind.ARC_OFF, EventKind.LAYER_START, EventKind.L
 
 def matrix_of(frame: FrameSection) -> Floats:
     """A frame of the case as a matrix (4, 4), m."""
-    return frame_of(np.concatenate((np.array(frame.position_mm) * METRES_PER_MM, np.radians(frame.abc_deg))))
+    return frames_of_poses(np.concatenate((np.array(frame.position_mm) * METRES_PER_MM, np.radians(frame.abc_deg))))
 
 
 def program_name(title: str) -> str:

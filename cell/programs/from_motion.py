@@ -24,7 +24,7 @@ from ..arrays import Ints
 from ..case.sections import Case
 from ..job.job import Job, speeds
 from ..motion.deposition_speed import HELD
-from ..motion.motion import STANDING, Motion
+from ..motion.motion import NO_MOVE, Motion
 from ..rigid import inverse
 from ..units import METRES_PER_MM
 from .cell_controller import ProgramFrames
@@ -157,7 +157,7 @@ class _Made:
         self.T = inverse(tables @ base.T if base.coupled else base.T) @ scene.chain.forward(motion.q) @ to_tool
         self.axes = np.concatenate([motion.q, motion.table], axis=1)
         self.dt = np.diff(motion.t_s)
-        self.still = np.abs(np.diff(self.axes, axis=0)).max(axis=1) <= STANDING
+        self.still = np.abs(np.diff(self.axes, axis=0)).max(axis=1) <= NO_MOVE
         self.tcp_speed = np.linalg.norm(np.diff(self.T[:, :3, 3], axis=0), axis=1) / self.dt
         limit = np.where(np.isfinite(self.job.drives.speed), self.job.drives.speed, np.inf)
         self.axis_use = (np.abs(np.diff(self.axes, axis=0)) / self.dt[:, None] / limit).max(axis=1)
@@ -296,7 +296,7 @@ class _Made:
         speed = self.bead_speed[rows]
         way = np.diff(self.T[first : last + 1, :3, 3], axis=0)
         size = np.linalg.norm(way, axis=1)
-        unit = way / np.maximum(size, STANDING)[:, None]
+        unit = way / np.maximum(size, NO_MOVE)[:, None]
         turn = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
         corner = (turn > self.thinning.corner) & (size[1:] > 1e-6) & (size[:-1] > 1e-6)
         change = (np.abs(np.diff(speed)) > SPEED_STEP / 2) | (still[1:] != still[:-1]) | corner | still[1:]
@@ -308,7 +308,7 @@ class _Made:
         p, start, end = self.T[inner, :3, 3], self.T[a], self.T[b]
         way = end[:3, 3] - start[:3, 3]
         length = float(way @ way)
-        if length < STANDING**2:
+        if length < NO_MOVE**2:
             return False
         share = np.clip((p - start[:3, 3]) @ way / length, 0.0, 1.0)
         if (np.diff(share) < 0).any():
@@ -327,7 +327,7 @@ class _Made:
         inner = self.axes[a + 1 : b]
         way = self.axes[b] - self.axes[a]
         length = float(way @ way)
-        if length < STANDING**2:
+        if length < NO_MOVE**2:
             return False
         share = np.clip((inner - self.axes[a]) @ way / length, 0.0, 1.0)
         off = np.abs(self.axes[a] + share[:, None] * way - inner).max(axis=1)

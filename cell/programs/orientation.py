@@ -55,7 +55,7 @@ def abc_of(R: Floats) -> Floats:
     return np.stack((a, b, c), axis=-1)
 
 
-def frame_of(pose: Floats) -> Floats:
+def frames_of_poses(pose: Floats) -> Floats:
     """Poses as matrices.
 
     Args:
@@ -72,7 +72,7 @@ def frame_of(pose: Floats) -> Floats:
 
 
 def pose_of(T: Floats) -> Floats:
-    """Matrices as poses: the inverse of :func:`frame_of`, with the angles of :func:`abc_of`."""
+    """Matrices as poses: the inverse of :func:`frames_of_poses`, with the angles of :func:`abc_of`."""
     return np.concatenate((T[..., :3, 3], abc_of(T[..., :3, :3])), axis=-1)
 
 

@@ -30,7 +30,7 @@ from .bead_match import on_beads
 from .cell_frames import T_base_root, T_flange_tcp
 from .program import ANYWHERE, EventKind, MoveKind, Program, SourceLine
 from .running.interpolation import angles_between
-from .running.program_path import place
+from .running.program_path import move_label
 from .running.simulate import EXACT_STOP, SimulatedProgram, run_program
 
 PROGRAM_REASONS = ("unreachable", "tool", "base", "external", "blend", "arc")
@@ -239,17 +239,17 @@ def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     """What is no fault by itself, and may be another's mistake."""
     program, moves = run.program, run.program.moves
     for move in run.failures:
-        text = f"{place(program, move)}: the arm cannot go on: nothing after this line was run or checked"
+        text = f"{move_label(program, move)}: the arm cannot go on: nothing after this line was run or checked"
         yield Warning(Code.PROGRAM_CUT, text)
     for k, base in enumerate(program.bases):
         used = np.flatnonzero((moves.base == k) & np.isfinite(moves.pose[:, 0]))
         if len(used) and not base.coupled and bool(job.scene.has_axis.any()):
-            text = f"{place(program, int(used[0]))}: its base stands in the world, not on the table: "
+            text = f"{move_label(program, int(used[0]))}: its base stands in the world, not on the table: "
             yield Warning(Code.PROGRAM_FRAME, f"{text}taken in the arm's base ($WORLD = $ROBROOT)")
     yield from _table_warnings(run, job)
     for doubt in program.doubts:
         of = f" ({doubt.count} points)" if doubt.count > 1 else ""
-        yield Warning(Code.PROGRAM_DOUBT, f"{place(program, doubt.move)}: {doubt.kind}{of}")
+        yield Warning(Code.PROGRAM_DOUBT, f"{move_label(program, doubt.move)}: {doubt.kind}{of}")
     for kind, count in program.passed_over.items():
         if "taken as" in kind:
             yield Warning(
@@ -274,7 +274,7 @@ def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
             sizes = float(np.ptp(table[rows, k]))
             yield Warning(
                 Code.PROGRAM_TABLE,
-                f"{place(run.program, int(first[0]))}: {name} moves with the arc on, by "
+                f"{move_label(run.program, int(first[0]))}: {name} moves with the arc on, by "
                 f"{np.rad2deg(max(sizes, float(turned[:, k].max()))):.3g} deg (in {len(first)} moves)",
             )
     if mode != "fixed":
@@ -285,6 +285,6 @@ def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
     if off.max() > 0.01:
         yield Warning(
             Code.PROGRAM_TABLE,
-            f"{place(run.program, int(run.move[welding[0]]))}: welds at E1 {E[0]:g}, E2 {E[1]:g} deg; the case has "
-            f"E1 {asked[0]:g}, E2 {asked[1]:g}",
+            f"{move_label(run.program, int(run.move[welding[0]]))}: welds at E1 {E[0]:g}, E2 {E[1]:g} deg; "
+            f"the case has E1 {asked[0]:g}, E2 {asked[1]:g}",
         )

@@ -4,7 +4,7 @@
     gap.position, gap.angle, gap.move                  # the greatest deviation, and on which move
     difference_of(written.program, again)              # what differs between two programs, or None
 
-Every row of the motion is held against the move that it lies on: the TCP's place and orientation in the part, and the
+Every row of the motion is compared with the move that it lies on: the TCP's place and orientation in the part, and the
 table's axes. Metres and radians.
 """
 
@@ -68,7 +68,7 @@ def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: SimulatedP
     Returns:
         The greatest deviation.
     """
-    wanted, found = _Poses.of(job, motion), _Poses.of(job, run.motion)
+    wanted, found = _PosesInPart.of(job, motion), _PosesInPart.of(job, run.motion)
     begins = np.concatenate([[0], written.row[:-1]])
     first = np.searchsorted(run.move, np.arange(len(written.row) + 1))
     # the step of the other motion that each row lies on, by its ends
@@ -90,7 +90,7 @@ def compared(job: Job, motion: Motion, written: ProgramOfMotion, run: SimulatedP
 
 
 @dataclass(frozen=True, eq=False)
-class _Poses:
+class _PosesInPart:
     """Where a motion's rows are, seen from the part.
 
     Attributes:
@@ -104,11 +104,11 @@ class _Poses:
     axes: Floats
 
     @classmethod
-    def of(cls, job: Job, motion: Motion) -> _Poses:
+    def of(cls, job: Job, motion: Motion) -> _PosesInPart:
         return cls.at(job, np.concatenate([motion.q, motion.table], axis=1))
 
     @classmethod
-    def at(cls, job: Job, axes: Floats) -> _Poses:
+    def at(cls, job: Job, axes: Floats) -> _PosesInPart:
         table = tables_seen_from_base(job.scene, axes[:, -2:]) @ T_table_part(job.scene)
         T = inverse(table) @ job.scene.chain.forward(axes[:, :-2])
         return cls(T[:, :3, 3], T[:, :3, :3], axes)
@@ -118,7 +118,7 @@ class _Poses:
         """Place and axes together, (m, j + 5): they say where on a way a row is, and either alone may stand still."""
         return np.concatenate([self.p, LEVER * self.axes], axis=1)
 
-    def nearest_steps(self, rows: Ints, other: _Poses, way: Ints) -> Ints:
+    def nearest_steps(self, rows: Ints, other: _PosesInPart, way: Ints) -> Ints:
         """Of another motion's rows that follow one another the two that each of some rows lies between, (2, k)."""
         if len(way) == 1:
             return np.full((2, len(rows)), way[0])
@@ -129,7 +129,7 @@ class _Poses:
         k = np.argmin(np.linalg.norm(since - f[:, :, None] * chord, axis=2), axis=1)
         return np.stack([way[k], way[k + 1]])
 
-    def against(self, job: Job, other: _Poses, steps: Ints, kind: Ints) -> tuple[Floats, Floats]:
+    def against(self, job: Job, other: _PosesInPart, steps: Ints, kind: Ints) -> tuple[Floats, Floats]:
         """Distances and angles of all rows from steps of another motion.
 
         Between its rows that motion has its axes on straight lines. On a move of axes the TCP goes on a curve then;
@@ -147,10 +147,10 @@ class _Poses:
         a, b = other.axes[steps[0]], other.axes[steps[1]]
         start, chord = other.place[steps[0]], other.place[steps[1]] - other.place[steps[0]]
         share = on_chord = _shares(self.place - start, chord)
-        at = _Poses.at(job, a + share[:, None] * (b - a))
+        at = _PosesInPart.at(job, a + share[:, None] * (b - a))
         for _ in range(CLOSER):
             share = np.clip(share + _shares(self.place - at.place, chord, low=-1.0), 0.0, 1.0)
-            at = _Poses.at(job, a + share[:, None] * (b - a))
+            at = _PosesInPart.at(job, a + share[:, None] * (b - a))
         line = other.p[steps[0]] + on_chord[:, None] * chord[:, :3]
         p = np.where((kind == MoveKind.AXES)[:, None], at.p, line)
         table = np.abs(self.axes - at.axes)[:, -2:].max(axis=1)
@@ -203,7 +203,7 @@ def difference_of(one: Program, other: Program) -> tuple[int, str] | None:
 
 
 def _happens(program: Program) -> list[tuple[str, int, float]]:
-    """What happens where; layers are not looked at, whose calls may be comments."""
+    """What happens where; layers are not checked, whose calls may be comments."""
     return [
         (event.kind.value, event.before, event.seconds)
         for event in program.events

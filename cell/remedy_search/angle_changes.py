@@ -18,8 +18,8 @@ from ik.roll import RollWindow, apply_roll
 from ..case.read import with_changes
 from ..case.sections import Case
 from ..job.job import Job
-from ..scene.placement import Placed
-from .change import ANGLE_SCALE, ROLL_SCALE, Angles, Change, rounded
+from ..scene.placement import PlacedTargets
+from .change import ANGLE_SCALE, ROLL_SCALE, Angles, Change, rounded_for_case
 
 PAIR_STEP, PAIR_REACH = 15.0, 90.0  # deg, of both table angles together
 
@@ -43,7 +43,7 @@ class TableAngle(Change):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The angle, deg."""
-        return rounded(angles[0 if self.axis == "E1" else 1])
+        return rounded_for_case(angles[0 if self.axis == "E1" else 1])
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""
@@ -70,7 +70,7 @@ class TablePose(Change):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """Both angles, deg."""
-        return dict(zip(("E1_deg", "E2_deg"), map(rounded, angles), strict=True))
+        return dict(zip(("E1_deg", "E2_deg"), map(rounded_for_case, angles), strict=True))
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""
@@ -82,7 +82,7 @@ class TablePose(Change):
 
 
 @dataclass(frozen=True)
-class _Roll(Change):
+class _RollChange(Change):
     """Another roll about the wire."""
 
     resolution, scale = 1.0, ROLL_SCALE
@@ -103,8 +103,8 @@ class _Roll(Change):
         if isinstance(case.roll, str):
             return case.roll
         if case.roll.fixed_deg is not None:
-            return {"fixed_deg": rounded(case.roll.fixed_deg)}
-        return {"range_deg": [rounded(v) for v in case.roll.range_deg or ()]}
+            return {"fixed_deg": rounded_for_case(case.roll.fixed_deg)}
+        return {"range_deg": [rounded_for_case(v) for v in case.roll.range_deg or ()]}
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""
@@ -116,7 +116,7 @@ class _Roll(Change):
 
 
 @dataclass(frozen=True)
-class RollShift(_Roll):
+class RollShift(_RollChange):
     """A roll held elsewhere."""
 
     family = ("roll", "shift")
@@ -124,13 +124,13 @@ class RollShift(_Roll):
     def _section(self, low: float, high: float, size: float) -> Any:
         return {"fixed_deg": half_turn(low + self.sign * size)}
 
-    def seen(self, placed: Placed, size: float) -> Floats:
+    def seen(self, placed: PlacedTargets, size: float) -> Floats:
         """As a turn of the targets, so that all sizes share one window."""
         return apply_roll(placed.Ts_base_target, np.array(np.deg2rad(self.sign * size)))
 
 
 @dataclass(frozen=True)
-class RollRange(_Roll):
+class RollRange(_RollChange):
     """A roll that may move further down (sign -1) or up; more than one that is held elsewhere."""
 
     scale = ROLL_SCALE / 1.5
@@ -146,7 +146,7 @@ class RollRange(_Roll):
 
 
 @dataclass(frozen=True)
-class RollFree(_Roll):
+class RollFree(_RollChange):
     """Any roll."""
 
     resolution = 180.0

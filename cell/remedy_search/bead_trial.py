@@ -2,7 +2,7 @@
 
     first_failure(job, E1_deg, E2_deg, [3, 7], None)       # infeasible targets of the first bead that has any
 
-Single targets are looked at before their bead is searched, since a target at which everything collides is what takes a
+Single targets are checked before their bead is searched, since a target at which everything collides is what takes a
 search of a bead longest.
 """
 
@@ -12,15 +12,15 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..collision.table import table_alone
+from ..collision.table_clearances import table_alone
 from ..job.job import Job
-from ..planning.configurations import evaluate
+from ..planning.bead_plan import plan_bead
+from ..planning.configurations import nodes_at_rolls
 from ..planning.context import FINER_ROLLS, Context
-from ..planning.part_plan import plan_bead
 from ..scene.scene import table_angles
 
-TRIED_TOGETHER = 8  # configurations looked at before asking whether one is free
-TARGETS_ALONE = 4  # targets of a bead that are looked at by themselves
+TRIED_TOGETHER = 8  # configurations checked before asking whether one is free
+TARGETS_ALONE = 4  # targets of a bead that are checked by themselves
 
 
 def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], wanted: set[int] | None) -> set[int]:
@@ -30,7 +30,7 @@ def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], 
         return set(range(len(job.targets)))
     context = Context.of(job, table)
     for bead in beads:
-        first, stop = np.searchsorted(job.targets.path, [bead, bead + 1]).tolist()
+        first, stop = np.searchsorted(job.targets.bead, [bead, bead + 1]).tolist()
         some = range(first, stop, max((stop - first) // TARGETS_ALONE, 1))
         if not all(_stands_free(context, i) for i in some if wanted is None or i in wanted):
             return set(range(first, stop))
@@ -46,7 +46,9 @@ def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], 
 def _stands_free(context: Context, i: int) -> bool:
     """Whether any configuration of a target is free, at three times the rolls that a bead is first searched with."""
     placed = context.placed.rows([i])
-    nodes = evaluate(context.solver, placed, context.window, context.settings.roll_step / FINER_ROLLS, context.limits)
+    nodes = nodes_at_rolls(
+        context.solver, placed, context.window, context.settings.roll_step / FINER_ROLLS, context.limits
+    )
     at = np.argwhere(np.isfinite(nodes.cost))
     at = at[np.argsort(nodes.cost[tuple(at.T)], kind="stable")]
     for first in range(0, len(at), TRIED_TOGETHER):

@@ -21,9 +21,9 @@ from ..job.job import Job
 from ..mjcf.torch import TorchDimensions
 from ..rigid import frames
 from ..scene.compose import compose
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from ..units import METRES_PER_MM
-from .change import LENGTH_SCALE, ROLL_SCALE, SHARE_SCALE, Angles, Change, rounded
+from .change import LENGTH_SCALE, ROLL_SCALE, SHARE_SCALE, Angles, Change, rounded_for_case
 from .seam_changes import KEY, reseamed, seam_in_words, seams_value, with_seam
 
 
@@ -91,7 +91,7 @@ class PositionerShift(_Shift):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The place, mm."""
-        return [rounded(v) for v in case.positioner.position_mm]
+        return [rounded_for_case(v) for v in case.positioner.position_mm]
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class PartShift(_Shift):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The place, mm."""
-        return [rounded(v) for v in case.part.position_mm]
+        return [rounded_for_case(v) for v in case.part.position_mm]
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class SupportHeight(_Length):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The height, mm."""
-        return None if case.support is None else rounded(case.support.height_mm)
+        return None if case.support is None else rounded_for_case(case.support.height_mm)
 
 
 @dataclass(frozen=True)
@@ -153,13 +153,13 @@ class StickOut(_Length):
         dimensions = {**case.tool.dimensions, "stick_out_mm": stick_out(case) + self.sign * size}
         return with_changes(case, tool=case.tool.model_copy(update={"dimensions": dimensions}))
 
-    def seen(self, placed: Placed, size: float) -> Floats:
+    def seen(self, placed: PlacedTargets, size: float) -> Floats:
         """As targets that are further out."""
         return frames(placed.position + placed.normal * size * METRES_PER_MM, placed.normal, placed.reference)
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The wire's free length, mm."""
-        return rounded(stick_out(case))
+        return rounded_for_case(stick_out(case))
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class DepositionSpeed(Change):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The speed, mm/s."""
-        return rounded(case.process.deposition_speed_mm_s)
+        return rounded_for_case(case.process.deposition_speed_mm_s)
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""
@@ -193,7 +193,7 @@ class DepositionSpeed(Change):
 
 
 @dataclass(frozen=True)
-class Blend(Change):
+class BlendDistance(Change):
     """Corners that are rounded less; sizes are shares of the distance, which is not worth a finer search."""
 
     key = "process.blend_mm"
@@ -206,7 +206,7 @@ class Blend(Change):
 
     def value(self, case: Case, angles: Angles) -> Any:
         """The distance, mm."""
-        return rounded(case.process.blend_mm)
+        return rounded_for_case(case.process.blend_mm)
 
     def words(self, was: Any, to: Any) -> str:
         """The change as part of a sentence."""
@@ -218,7 +218,7 @@ class Blend(Change):
 
 
 @dataclass(frozen=True)
-class Seam(Change):
+class SeamPosition(Change):
     """The seams of a sub-volume elsewhere; sizes number the places, which change as little as some roll."""
 
     sub_volume: str

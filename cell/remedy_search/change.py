@@ -20,7 +20,7 @@ from ik.roll import RollWindow
 
 from ..case.sections import Case
 from ..job.job import Job
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 
 ANGLE_SCALE, LENGTH_SCALE, SHARE_SCALE = 10.0, 20.0, 0.2  # deg, mm, share: as much of a change as one another
 ROLL_SCALE = 2 * ANGLE_SCALE  # the roll is the easiest to change
@@ -82,7 +82,7 @@ class Change(ABC):
         """Pose of the part after the change, (4, 4), m, of the one at its table angles."""
         return T_base_part
 
-    def seen(self, placed: Placed, size: float) -> Floats:
+    def seen(self, placed: PlacedTargets, size: float) -> Floats:
         """Targets as the arm as it is would see them, (n, 4, 4), m, base frame, at roll 0."""
         return placed.Ts_base_target
 
@@ -103,6 +103,6 @@ class Change(ABC):
         """How far the key was searched in words; most: the greatest size in any direction."""
 
 
-def rounded(value: float) -> float:
+def rounded_for_case(value: float) -> float:
     """A value as a case file is given it."""
     return round(value, 3) + 0.0

@@ -28,15 +28,15 @@ from ..case.table_section import Table
 from ..errors import InputError
 from ..job.job import Job
 from ..mjcf.torch import ALLOWED
-from ..scene.placement import place
+from ..scene.placement import place_targets
 from ..scene.scene import table_angles
 from .angle_changes import PAIRS, RollFree, RollRange, RollShift, TableAngle, TablePose
 from .cell_changes import (
-    Blend,
+    BlendDistance,
     DepositionSpeed,
     PartShift,
     PositionerShift,
-    Seam,
+    SeamPosition,
     StickOut,
     SupportHeight,
     stick_out,
@@ -102,7 +102,7 @@ class ChangeBase:
         """
         job, targets = self.job, self.job.targets
         T = change.moved(job, self._T_base_part(*self.angles(change, size)), size)
-        placed = place(replace(targets, position=targets.position[index], normal=targets.normal[index]), T)
+        placed = place_targets(replace(targets, position=targets.position[index], normal=targets.normal[index]), T)
         return change.seen(placed, size), placed.normal
 
     def _T_base_part(self, e1: float, e2: float) -> Floats:
@@ -152,7 +152,7 @@ def single_changes(start: ChangeBase, *, slower: bool = False, sharper: bool = F
     if slower and not start.job.case.process.speed_by_thickness:
         found.append(DepositionSpeed(-1, SLOWER_STEPS))
     if sharper:
-        found.append(Blend(-1, SHARPER_STEPS))
+        found.append(BlendDistance(-1, SHARPER_STEPS))
     if start.job.solver.form is None:
         found = [replace(change, steps=_growing(change.steps)) for change in found]
     trimmed = [replace(change, steps=tuple(s for s in change.steps if start.has(change, s))) for change in found]
@@ -187,7 +187,7 @@ def _table_angles(job: Job) -> Iterator[Change]:
 
 def seam_changes(places: Mapping[str, tuple[SeamPlace, ...]]) -> list[Change]:
     """Seams elsewhere, one change a sub-volume."""
-    return [Seam(1, tuple(map(float, range(len(p)))), name, p) for name, p in places.items() if p]
+    return [SeamPosition(1, tuple(map(float, range(len(p)))), name, p) for name, p in places.items() if p]
 
 
 def table_pose_change(start: ChangeBase) -> TablePose | None:

@@ -87,7 +87,7 @@ class Screening:
         if low == 0.0 and self._reached(change, 0.0, mine).all():
             return 0.0, high
         while high - low > change.resolution * 1.001:
-            middle = between(change, low, high)
+            middle = size_between(change, low, high)
             if self._reached(change, middle, mine).all():
                 high = middle
             else:
@@ -141,7 +141,7 @@ def reachable(solver: Solver, Ts: Floats, window: RollWindow, limits: Singularit
     return np.asarray(keeps.any(axis=1), dtype=bool)
 
 
-def between(change: Change, low: float, high: float) -> float:
+def size_between(change: Change, low: float, high: float) -> float:
     """The middle of two sizes, on the change's lattice."""
     middle = round((low + high) / 2 / change.resolution) * change.resolution
     return float(min(max(middle, low + change.resolution), high - change.resolution))

@@ -55,7 +55,7 @@ def seam_places(job: Job, rows: Sequence[TargetVerdict]) -> dict[str, tuple[Seam
     # a travel may fail at the end of the bead that it leaves
     failures = [failure for i in bad if (failure := rows[i].failure) is not None]
     bad += [f.from_target for f in failures if f.from_target is not None and f.where in (Where.TRAVEL, Where.TO_HOME)]
-    closed = [i for i in bad if t.closed[t.path[i]]]
+    closed = [i for i in bad if t.closed[t.bead[i]]]
     out = {}
     for k, name in enumerate(t.sub_volume):
         mine = np.array([i for i in closed if t.sub_volume_index[i] == k], dtype=np.int64)
@@ -66,12 +66,12 @@ def seam_places(job: Job, rows: Sequence[TargetVerdict]) -> dict[str, tuple[Seam
 
 def _places(job: Job, name: str, bad: Ints) -> tuple[SeamPlace, ...]:
     t = job.targets
-    worst = int(np.bincount(t.path[bad]).argmax())
-    first, stop = np.searchsorted(t.path, [worst, worst + 1]).tolist()
+    worst = int(np.bincount(t.bead[bad]).argmax())
+    first, stop = np.searchsorted(t.bead, [worst, worst + 1]).tolist()
     loop = t.position[first:stop]
     step = np.linalg.norm(np.diff(loop, axis=0), axis=1)
     along = np.append(0.0, np.cumsum(step))
-    cuts = sorted({i + k for i in bad[t.path[bad] == worst].tolist() for k in (-1, 0) if first < i + k < stop - 1})
+    cuts = sorted({i + k for i in bad[t.bead[bad] == worst].tolist() for k in (-1, 0) if first < i + k < stop - 1})
     shares = [along[i - first] / along[-1] for i in cuts[:MOST_CUTS]]
     shares += [_spread(k) for k in range(1, ROUND)]
     kept = [0.0]
@@ -127,7 +127,7 @@ def counterparts(before: Job, after: Job, targets: Ints) -> set[int]:
     if after.case.beads.short:
         same = np.isin(after.laid, before.laid[targets])
     else:
-        same = np.isin(after.targets.path, before.targets.path[targets])
+        same = np.isin(after.targets.bead, before.targets.bead[targets])
     return set(np.flatnonzero(same).tolist())
 
 

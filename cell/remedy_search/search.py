@@ -24,7 +24,7 @@ from ..case.read import with_changes
 from ..case.sections import Checks
 from ..failure import Where
 from ..job.job import Job
-from ..progress import Progress, counted
+from ..progress import Progress, counted_progress
 from ..verdict.check import check_fixed
 from ..verdict.result import Result
 from .angle_changes import RollFree, RollRange
@@ -32,15 +32,15 @@ from .bead_trial import first_failure
 from .change import Change
 from .changes import ChangeBase, seam_changes, single_changes, table_pose_change
 from .remedy import Remedy
-from .screening import Screening, between
+from .screening import Screening, size_between
 from .seam_changes import counterparts, seam_places
 from .table_modes import nothing_moving, other_mode
-from .target_groups import Group, groups
+from .target_groups import TargetGroup, target_groups
 
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
 LARGE_PART = 600  # targets from which on parts get fewer of them
-CHECKS_OPEN = 2  # of a part that was lost before all of it was looked at
+CHECKS_OPEN = 2  # of a part that was lost before all of it was checked
 MAX_TRIES = 4  # times as much where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
 TRIES = 5  # growing sizes of one change
@@ -56,7 +56,7 @@ def remedies(
 
     Args:
         result: an infeasible verdict; a feasible one yields nothing.
-        progress: told how far it is.
+        progress: called with how far it is.
         seconds: processor time after which nothing further is tried (so a busy machine gives the same answer);
             infinite: more changes are tried.
         shown: largest number of changes for the whole part.
@@ -64,7 +64,7 @@ def remedies(
     Yields:
         First changes that help the whole part, then the smallest change for each group; each as soon as it is known.
     """
-    found = groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
+    found = target_groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
     if not found:
         return
     if result.moved is not None:
@@ -74,7 +74,7 @@ def remedies(
     whole = np.sort(np.concatenate([group.targets for group in found]))
     # of targets that are samples of more, each would be a group by itself
     parts = found[:MOST_GROUPS] if len(found) > 1 and not result.not_looked_at else []
-    with counted(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as count:
+    with counted_progress(progress, "what would help", CHECKS_WHOLE + CHECKS_GROUP * len(parts)) as count:
         search = _RemedySearch(result, parts, count, time.process_time() + seconds)
         reasons = {group.reason for group in found}
         reason = found[0].reason if len(found) == 1 or (result.not_looked_at and len(reasons) == 1) else None
@@ -120,7 +120,7 @@ class _ChangeTrial:
 class _RemedySearch:
     """Holds what has been learned about changes: what screening says, and every whole check."""
 
-    def __init__(self, result: Result, found: list[Group], count: Callable[[], None], deadline: float) -> None:
+    def __init__(self, result: Result, found: list[TargetGroup], count: Callable[[], None], deadline: float) -> None:
         """Screen all changes.
 
         Args:
@@ -130,7 +130,7 @@ class _RemedySearch:
             deadline: when to stop, by ``time.process_time``.
         """
         self.result, self.count, self.deadline = result, count, deadline
-        # a changed case that fails is not looked at any further
+        # a changed case that fails is not checked any further
         job = replace(result.job, case=with_changes(result.job.case, checks=_reduced_budget(result.job.case.checks)))
         self.start = ChangeBase(job, *result.asked)
         self.bad = set(result.failures)
@@ -145,7 +145,7 @@ class _RemedySearch:
         self.screening = Screening(self.start, sorted(self.bad), good, must)
         self.screening.add(self.changes)
         self.checked: dict[tuple[Change, float], set[int]] = {}
-        self.unseen: dict[tuple[Change, float], int] = {}  # how many targets of these were not looked at
+        self.unseen: dict[tuple[Change, float], int] = {}  # how many targets of these were not checked
         self.left = self.tries = 0
 
     @property
@@ -245,7 +245,7 @@ class _RemedySearch:
             blame = self._blame(change, size, wanted, entire)
             if not blame:
                 return size
-            bead = int(self._numbering(change, size).targets.path[min(blame)])
+            bead = int(self._numbering(change, size).targets.bead[min(blame)])
             trial.creep = 2 * trial.creep or int(bead in tried_first or self._bead_holds(change, size, bead))
             if bead not in tried_first:
                 tried_first.insert(0, bead)
@@ -278,7 +278,7 @@ class _RemedySearch:
         if change.numbered:
             return holds
         while holds - fails > change.resolution * 1.001 and time.process_time() < self.deadline:
-            middle = between(change, fails, holds)
+            middle = size_between(change, fails, holds)
             if self._promises(change, middle, wanted, entire, tried_first):
                 holds = middle
             else:
@@ -301,7 +301,7 @@ class _RemedySearch:
             self.left -= 1
             self.count()
             found = check_fixed(*self.start.changed(change, size))
-            # what was not looked at is not mended either
+            # what was not checked is not mended either
             self.checked[change, size] = {i for i, row in enumerate(found.rows) if row.reason is not None}
             self.unseen[change, size] = found.not_looked_at
         bad = self.checked[change, size]
@@ -312,14 +312,14 @@ class _RemedySearch:
         return self.start.changed(change, size)[0] if change.other_targets else self.start.job
 
     def _beads_tried_first(self, wanted: Ints) -> list[int]:
-        beads = np.unique(self.result.job.targets.path[wanted])
+        beads = np.unique(self.result.job.targets.bead[wanted])
         return [int(b) for b in beads[np.unique(np.linspace(0, len(beads) - 1, TRIED_FIRST).round().astype(int))]]
 
     def _remedy(self, change: Change, size: float, wanted: Ints, reason: str | None) -> Remedy:
         bad, unseen = self.checked[change, size], self.unseen[change, size]
         document = self.start.describe(change, size)
         said = "whole part feasible" if not bad else f"{_these(wanted)} feasible, {len(bad) - unseen} of the part not"
-        said += f", {unseen} not looked at" if unseen else ""
+        said += f", {unseen} not checked" if unseen else ""
         sentence = f"{change.words(document['from'], document['to'])} (checked: {said})"
         return Remedy(
             wanted, reason, document, "group" if bad else "part", len(bad) - unseen, sentence, change.effort(size)

@@ -25,7 +25,7 @@ from ..case.sections import Case
 from ..case.table_section import Table
 from ..job.job import Job, prepare
 from ..job.table_groups import table_groups
-from ..progress import Progress, counted
+from ..progress import Progress, counted_progress
 from ..table_poses.suited_poses import suited_poses
 from ..verdict.by_table_mode import check
 from ..verdict.result import Result
@@ -104,7 +104,7 @@ def mode_trials(result: Result) -> Iterator[ModeTrial]:
 def other_mode(result: Result, progress: Progress | None, deadline: float) -> Remedy | None:
     """Another way for the table to move with which the whole part is feasible; None where none was found in time."""
     trials = list(mode_trials(result))
-    with counted(progress, "what would help", len(trials)) as count:
+    with counted_progress(progress, "what would help", len(trials)) as count:
         for trial in trials:
             if time.process_time() + result.seconds > deadline:
                 return None

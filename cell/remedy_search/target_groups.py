@@ -1,6 +1,6 @@
 """Infeasible targets that belong together: neighbours on a bead or on adjacent layers, with the same reason.
 
-    for group in groups(job.targets, reasons):       # reasons: one a target, None where feasible
+    for group in target_groups(job.targets, reasons):       # reasons: one a target, None where feasible
         group.reason, group.targets                  # ascending indices
 
 A report names groups rather than thousands of targets, and what would help is searched for each of them.
@@ -24,7 +24,7 @@ NEIGHBOUR_REACH = 1.5  # neighbours on adjacent layers are this many times as fa
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class TargetGroup:
     """Neighbouring infeasible targets.
 
     Attributes:
@@ -36,7 +36,7 @@ class Group:
     targets: Ints
 
 
-def groups(targets: Targets, reasons: Sequence[str | None]) -> list[Group]:
+def target_groups(targets: Targets, reasons: Sequence[str | None]) -> list[TargetGroup]:
     """The groups of a verdict.
 
     Args:
@@ -54,14 +54,14 @@ def groups(targets: Targets, reasons: Sequence[str | None]) -> list[Group]:
     same = kind[a] == kind[b]
     graph = coo_array((np.ones(int(same.sum())), (a[same], b[same])), shape=(len(bad), len(bad)))
     count, label = connected_components(graph, directed=False)
-    found = [Group(str(kind[label == k][0]), bad[label == k]) for k in range(count)]
+    found = [TargetGroup(str(kind[label == k][0]), bad[label == k]) for k in range(count)]
     return sorted(found, key=lambda group: (-len(group.targets), int(group.targets[0])))
 
 
 def _neighbours(targets: Targets, bad: Ints) -> tuple[Ints, Ints]:
     """Pairs of places in ``bad`` that are next to one another on a bead, or near on the same or the next layer."""
-    along = np.flatnonzero((np.diff(bad) == 1) & (np.diff(targets.path[bad]) == 0))
-    steps = np.linalg.norm(np.diff(targets.position, axis=0), axis=1)[np.diff(targets.path) == 0]
+    along = np.flatnonzero((np.diff(bad) == 1) & (np.diff(targets.bead[bad]) == 0))
+    steps = np.linalg.norm(np.diff(targets.position, axis=0), axis=1)[np.diff(targets.bead) == 0]
     reach = NEIGHBOUR_REACH * float(np.median(steps)) if len(steps) else 0.0
     reach = max(reach, NEIGHBOUR_REACH * float(np.max(targets.thickness_mm[bad], initial=0.0)))
     pairs = cKDTree(targets.position[bad]).query_pairs(reach, output_type="ndarray").reshape(-1, 2)

@@ -19,7 +19,7 @@ from slicing import metal_document, typed
 from ..job.part_input import found_document
 from ..json_text import StreamedItems
 from ..motion.deposition_speed import speed_document
-from ..rigid import inverse, pose
+from ..programs.cell_frames import T_flange_tcp
 from ..units import MARGIN_UNITS, METRES_PER_MM
 from ..verdict.result import Result
 from ..verdict.table_use import table_use
@@ -28,17 +28,6 @@ if TYPE_CHECKING:
     from ..job.job import Job
     from ..remedy_search.search import Remedy
     from ..verdict.all_reasons import Excluded
-
-
-def tcp_in_flange(result: Result) -> Floats:
-    """Pose of the TCP in the flange frame, (4, 4), m."""
-    import mujoco
-
-    scene = result.job.scene
-    data = mujoco.MjData(scene.model)
-    mujoco.mj_kinematics(scene.model, data)
-    T = [pose(data.site_xpos[s], data.site_xmat[s]) for s in (scene.sites["flange"], scene.sites["tcp"])]
-    return inverse(T[0]) @ T[1]
 
 
 def report_document(
@@ -67,7 +56,7 @@ def streamed_report(
 ) -> dict[str, Any]:
     """The same with its rows as `cell.json_text.StreamedItems`: a row is made when it is written."""
     job, t = result.job, result.job.targets
-    T = tcp_in_flange(result)
+    T = T_flange_tcp(job.scene)
     return {
         "schema": "rbam-report/1",
         "case": job.case.title,
@@ -96,7 +85,7 @@ def streamed_report(
             "samples": len(result.motion.t_s),
             "travel_s": round(result.motion.travel_time, 3),
             "dwell_s": round(result.motion.dwell_time, 3),
-            "speed": None if result.motion.held_speed is None else speed_document(result.motion.held_speed, t.path),
+            "speed": None if result.motion.held_speed is None else speed_document(result.motion.held_speed, t.bead),
             "home_s": None if result.motion.home_s is None else round(result.motion.home_s, 3),
         },
         "table_use": None if (use := table_use(result)) is None else use.document(),
@@ -130,11 +119,11 @@ def _rows(result: Result, all_reasons: Mapping[int, list[Excluded]] | None) -> I
             "q_deg": None if row.q is None or row.reason else _list(np.rad2deg(row.q), 6),
             "attempt_deg": None if row.attempt is None else _list(np.rad2deg(row.attempt), 6),
             "gravity_deg": round(float(np.rad2deg(result.gravity[i])), 3),
-            "bead": int(t.path[i]),
+            "bead": int(t.bead[i]),
             "E1_deg": round(float(tables[i, 0]), 6) + 0.0,
             "E2_deg": round(float(tables[i, 1]), 6) + 0.0,
             "file_target": int(number[i]),
-            "file_bead": int(bead[t.path[i]]),
+            "file_bead": int(bead[t.bead[i]]),
         }
         if all_reasons is not None and i in all_reasons:
             record["all_reasons"] = [one.document() for one in all_reasons[i]]

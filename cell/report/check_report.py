@@ -23,7 +23,7 @@ from ..verdict.severity import worst_first
 from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words, unit_word
 from .check_document import least_document, metal_of, roll_text_of
-from .facts import facts_table, headline
+from .facts import facts_grid, headline
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -53,7 +53,7 @@ def report_lines(result: Result, *, every: bool = False) -> Iterator[RenderableT
         rich renderables, one a block.
     """
     yield headline(result.job.case.title, table_in_words(result), feasible=result.feasible)
-    yield facts_table(_facts(result))
+    yield facts_grid(_facts(result))
     if not result.feasible:
         yield _worst(result, every)
 
@@ -85,7 +85,7 @@ def pasted_poses(result: Result) -> list[str]:
 def _facts(result: Result) -> Iterator[tuple[str, str]]:
     job, n = result.job, len(result.rows)
     layers = sum(job.layers)
-    beads = int(job.targets.path.max()) + 1
+    beads = int(job.targets.bead.max()) + 1
     made = job.case.slicing.strategy if job.sliced else "from a toolpath"
     yield (
         "part",
@@ -95,13 +95,14 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         name, text = line.split(": ", 1)
         yield name, text
     good, looked = result.looked_at - result.infeasible, result.looked_at
-    of = f"{n} targets" if looked == n else f"the {looked} targets looked at"
+    of = f"{n} targets" if looked == n else f"the {looked} targets checked"
     yield "reached", f"{good} of {of} ({job.solver.name}, roll {roll_text_of(result)})"
     counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
     if counts:
         yield "not reached", counts
     if looked < n:
-        yield "not looked at", f"{n - looked} of {n} targets: the part is infeasible without them (--all checks them)"
+        left_out = f"{n - looked} of {n} targets"
+        yield "not checked", f"{left_out}: the part is infeasible without them (--every-target checks them)"
     clearance, singular = least_document(result, "clearance"), least_document(result, "singularity")
     if clearance:
         yield (
@@ -135,7 +136,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         if use is not None and job.case.table.mode == "coordinated":
             yield "table", use.in_words()
         if motion.held_speed is not None:
-            yield "speed", speed_in_words(speed_document(motion.held_speed, job.targets.path))
+            yield "speed", speed_in_words(speed_document(motion.held_speed, job.targets.bead))
     if job.beads:
         yield "metal", metal_in_words(metal_of(job))
     for line in result.warnings:
@@ -163,7 +164,7 @@ def _worst(result: Result, every: bool) -> RenderableType:
         xyz = ", ".join(f"{v:.0f}" for v in result.placed.position[i] / METRES_PER_MM)
         layer = f"{t.sub_volume[t.sub_volume_index[i]]}/{t.layer[i]}"
         table.add_row(str(i), layer, xyz, row.reason, in_words(row), "proved" if row.proved else "")
-    if len(bad) > shown:  # of those looked at
+    if len(bad) > shown:  # of those checked
         table.caption = f"and {len(bad) - shown} more; all of them with --verbose or --json"
         table.caption_justify = "left"
     return table

@@ -4,7 +4,7 @@ Use:
 
     headline("propeller", "E1 = 90, E2 = 180 deg", feasible=True)
 
-    facts_table([("part", "1 sub-volume(s)"), ("speed", "held all along")])    # a rich renderable
+    facts_grid([("part", "1 sub-volume(s)"), ("speed", "held all along")])    # a rich renderable
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def headline(title: str, of: str, *, feasible: bool) -> Text:
     return Text.assemble((title, "bold"), f"  {of}   ", verdict)
 
 
-def facts_table(facts: Iterable[tuple[str, str]]) -> Table:
+def facts_grid(facts: Iterable[tuple[str, str]]) -> Table:
     """Names and values in two columns.
 
     Args:

@@ -21,7 +21,7 @@ from ..units import MARGIN_UNITS, METRES_PER_MM
 from ..verdict.failure_words import failure_in_words
 from ..verification.bead_order import REASONS, Finding
 from ..verification.motion_check import MotionResult
-from .facts import facts_table, headline
+from .facts import facts_grid, headline
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -66,7 +66,7 @@ def motion_document(result: MotionResult, path: str) -> dict[str, Any]:
             kind: {name: round(float(v), 4) for name, v in zip(result.job.drives.names, use, strict=True)}
             for kind, use in kinds
         },
-        "speed": speed_document(result.held_speed, t.path),
+        "speed": speed_document(result.held_speed, t.bead),
         "repaired": list(result.read.repaired),
         "warnings": [str(line) for line in result.warnings],
         "typed_warnings": [typed(line).document() for line in result.warnings],
@@ -114,7 +114,7 @@ def motion_lines(result: MotionResult, path: str) -> Iterator[RenderableType]:
     from rich.table import Table
 
     yield headline(result.job.case.title, path, feasible=result.feasible)
-    yield facts_table(motion_facts(result, motion_document(result, path)))
+    yield facts_grid(motion_facts(result, motion_document(result, path)))
     if result.feasible:
         return
     table = Table(box=None, pad_edge=False, header_style="dim")

@@ -22,7 +22,7 @@ from ..programs.program import MoveKind
 from ..programs.program_check import PROGRAM_REASONS, ProgramFinding, ProgramResult
 from ..verdict.failure_words import failure_in_words
 from ..verification.bead_order import REASONS
-from .facts import facts_table, headline
+from .facts import facts_grid, headline
 from .motion_report import SHOWN, motion_document, motion_facts
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def program_lines(result: ProgramResult, path: str) -> Iterator[RenderableType]:
     from rich.table import Table
 
     yield headline(result.found.job.case.title, path, feasible=result.feasible)
-    yield facts_table(_facts(result, program_report(result, path)))
+    yield facts_grid(_facts(result, program_report(result, path)))
     if result.feasible:
         return
     table = Table(box=None, pad_edge=False, header_style="dim")

@@ -20,8 +20,8 @@ import numpy as np
 from slicing import Code, Warning
 
 from ..scene.absent_shapes import link_of_body
-from ..scene.composition import Piece
-from .facts import facts_table
+from ..scene.composition import BodyOwner
+from .facts import facts_grid
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -118,15 +118,15 @@ def _links(scene: Scene) -> Iterator[tuple[str, int, int]]:
     link = link_of_body(model, (*scene.arm_joints.tolist(), *scene.table_joints.tolist()))[model.geom_bodyid]
     hard = scene.contact_bits.any(axis=0)
     last = int(model.jnt_bodyid[scene.arm_joints[-1]])
-    first = {Piece.ROBOT: "robot's base", Piece.POSITIONER: "positioner's base"}
-    joints = {Piece.ROBOT: scene.arm_joints, Piece.POSITIONER: scene.table_joints}
+    first = {BodyOwner.ROBOT: "robot's base", BodyOwner.POSITIONER: "positioner's base"}
+    joints = {BodyOwner.ROBOT: scene.arm_joints, BodyOwner.POSITIONER: scene.table_joints}
     for piece, base in first.items():
         bodies = list(dict.fromkeys(model.jnt_bodyid[joints[piece]].tolist()))
         for body in (0, *bodies):
             mine = (scene.piece_of_geom == piece) & (link == body)
             yield (model.body(body).name if body else base), int((mine & hard).sum()), int((mine & ~hard).sum())
-        if piece is Piece.ROBOT:
-            mine = (scene.piece_of_geom == Piece.TOOL) & (link == last)
+        if piece is BodyOwner.ROBOT:
+            mine = (scene.piece_of_geom == BodyOwner.TOOL) & (link == last)
             yield "tool", int((mine & hard).sum()), int((mine & ~hard).sum())
 
 
@@ -145,7 +145,7 @@ def scene_lines(found: SceneContents) -> Iterator[RenderableType]:
     for name, hard, soft in found.links:
         table.add_row(name, str(hard) if hard else "none", str(soft))
     yield table
-    yield facts_table(_facts(found))
+    yield facts_grid(_facts(found))
 
 
 def _facts(found: SceneContents) -> Iterator[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""Links whose shapes collide with nothing, and wires that are none: what a check does not look at.
+"""Links whose shapes collide with nothing, and wires that are none: what a check leaves out.
 
     links_without_shapes(model, arm_joints, table_joints, piece)      # typed warnings, one a model
     wires_told(model, wire_geom)                                      # likewise
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from slicing import Code, Warning
 
 from ..arrays import Ints
-from .composition import Piece
+from .composition import BodyOwner
 
 THICK_WIRE = 2.5e-3  # m: half the thickness of the thickest welding wire
 
@@ -31,20 +31,23 @@ def links_without_shapes(
         model: the compiled cell, with its contact bits.
         arm_joints: ids of the arm's joints.
         table_joints: ids of the positioner's.
-        piece: what each geom belongs to, of ``cell.scene.composition.Piece``, (ngeom,).
+        piece: what each geom belongs to, of ``cell.scene.composition.BodyOwner``, (ngeom,).
 
     Yields:
         One warning for each model that has such links.
     """
     hard = (model.geom_contype | model.geom_conaffinity) != 0
     link = link_of_body(model, (*arm_joints, *table_joints))[model.geom_bodyid]
-    if not (hard & (piece == Piece.TOOL)).any():
+    if not (hard & (piece == BodyOwner.TOOL)).any():
         text = (
             "tool.model: no shape of the tool collides, so collisions with it are not checked; shapes need "
             "contype or conaffinity"
         )
         yield Warning(Code.LINK_WITHOUT_SHAPES, text)
-    for what, joints, kind in (("robot", arm_joints, Piece.ROBOT), ("positioner", table_joints, Piece.POSITIONER)):
+    for what, joints, kind in (
+        ("robot", arm_joints, BodyOwner.ROBOT),
+        ("positioner", table_joints, BodyOwner.POSITIONER),
+    ):
         bare = []
         for joint in joints:
             body = int(model.jnt_bodyid[joint])
@@ -59,7 +62,7 @@ def links_without_shapes(
 
 
 def wires_told(model: mujoco.MjModel, wire_geom: NDArray[np.bool_]) -> Iterator[Warning]:
-    """Say what is not looked at for the shapes that the case calls the wire.
+    """Say what is not checked for the shapes that the case calls the wire.
 
     Args:
         model: the compiled cell, with its contact bits.

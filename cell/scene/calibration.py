@@ -30,14 +30,14 @@ from ..case.cell_sections import Calibration, Positioner
 from ..errors import InputError
 from ..rigid import inverse, pose
 from ..units import METRES_PER_MM
-from .composition import Pieces
+from .composition import CellAssembly
 
 PARALLEL = 0.1  # sine of an angle between two lines below which their directions say nothing of the turn about one
 FAR_MM, FAR_DEG = 20.0, 2.0  # from the model: a measured frame that is further off is more likely a slip
 
 
 @dataclass(frozen=True, eq=False)
-class _Chain:
+class _PositionerFrames:
     """A positioner as frames, each in the one before, (4, 4), m; the first in the world.
 
     Attributes:
@@ -56,7 +56,7 @@ class _Chain:
         return out
 
 
-def frame_of(xyzabc: tuple[float, ...]) -> Floats:
+def frame_from_mm_deg(xyzabc: tuple[float, ...]) -> Floats:
     """A controller's frame, X Y Z in mm and A B C in degrees, as (4, 4), m."""
     a, b, c = np.deg2rad(xyzabc[3:])
     ca, sa, cb, sb, cc, sc = np.cos(a), np.sin(a), np.cos(b), np.sin(b), np.cos(c), np.sin(c)
@@ -70,7 +70,7 @@ def frame_of(xyzabc: tuple[float, ...]) -> Floats:
     return pose(np.array(xyzabc[:3]) * METRES_PER_MM, R)
 
 
-def calibrated(pieces: Pieces, spec: mujoco.MjSpec, place: Floats, quat: Floats) -> tuple[Floats, Floats]:
+def calibrated(pieces: CellAssembly, spec: mujoco.MjSpec, place: Floats, quat: Floats) -> tuple[Floats, Floats]:
     """Bring a positioner's model to where it was measured.
 
     Args:
@@ -105,7 +105,7 @@ def calibrated(pieces: Pieces, spec: mujoco.MjSpec, place: Floats, quat: Floats)
     return T[:3, 3], turned
 
 
-def _in_order(pieces: Pieces, told: Positioner) -> list[str]:
+def _in_order(pieces: CellAssembly, told: Positioner) -> list[str]:
     calibration = told.calibration
     assert calibration is not None
     if not told.joints:
@@ -124,7 +124,7 @@ def _pose_of(position: Floats, quat: Floats) -> Floats:
     return pose(np.asarray(position, dtype=float), R)
 
 
-def _drawn(spec: mujoco.MjSpec, joints: list[str], table: str, T_place: Floats) -> tuple[_Chain, list[str]]:
+def _drawn(spec: mujoco.MjSpec, joints: list[str], table: str, T_place: Floats) -> tuple[_PositionerFrames, list[str]]:
     """The model as a chain, its axes' x where it may be, and the names of the bodies that its axes move."""
     model = spec.copy().compile()
     data = mujoco.MjData(model)
@@ -138,7 +138,7 @@ def _drawn(spec: mujoco.MjSpec, joints: list[str], table: str, T_place: Floats) 
     site = model.site(table).id
     frames.append(T_place @ pose(data.site_xpos[site], data.site_xmat[site]))
     steps = [frames[0], *(inverse(a) @ b for a, b in pairwise(frames))]
-    return _Chain(tuple(steps[:-1]), steps[-1]), bodies
+    return _PositionerFrames(tuple(steps[:-1]), steps[-1]), bodies
 
 
 def _about(axis: Floats) -> Floats:
@@ -149,14 +149,14 @@ def _about(axis: Floats) -> Floats:
     return np.stack([x, np.cross(axis, x), axis], axis=1)
 
 
-def _measured(told: Calibration, drawn: _Chain) -> _Chain:
-    first = frame_of(told.root_mm_deg) @ frame_of(told.axis_1_mm_deg)
-    second = () if told.axis_2_mm_deg is None else (frame_of(told.axis_2_mm_deg),)
-    flange = drawn.flange if told.flange_mm_deg is None else frame_of(told.flange_mm_deg)
-    return _Chain((first, *second), flange)
+def _measured(told: Calibration, drawn: _PositionerFrames) -> _PositionerFrames:
+    first = frame_from_mm_deg(told.root_mm_deg) @ frame_from_mm_deg(told.axis_1_mm_deg)
+    second = () if told.axis_2_mm_deg is None else (frame_from_mm_deg(told.axis_2_mm_deg),)
+    flange = drawn.flange if told.flange_mm_deg is None else frame_from_mm_deg(told.flange_mm_deg)
+    return _PositionerFrames((first, *second), flange)
 
 
-def _alike(measured: _Chain, drawn: _Chain) -> _Chain:
+def _alike(measured: _PositionerFrames, drawn: _PositionerFrames) -> _PositionerFrames:
     """The measured chain with frames turned about and moved along their axes to be most like the model's.
 
     Neither changes where anything is at any E1 and E2.
@@ -169,7 +169,7 @@ def _alike(measured: _Chain, drawn: _Chain) -> _Chain:
         after[k] = inverse(own) @ after[k]
         if k < len(after) - 1:
             axes.append(after[k])
-    return _Chain(tuple(axes), after[-1])
+    return _PositionerFrames(tuple(axes), after[-1])
 
 
 def _screw(T: Floats, like: Floats, *, last: bool) -> Floats:
@@ -198,7 +198,7 @@ def _height(T: Floats, *, last: bool) -> float:
     return float(T[2, 3] + way * z[2])
 
 
-def _deviations(measured: _Chain, drawn: _Chain, upright: float) -> list[Warning]:
+def _deviations(measured: _PositionerFrames, drawn: _PositionerFrames, upright: float) -> list[Warning]:
     """What is so far from the model that the frames may be wrong; upright: cosine of how far the device leans."""
     found = []
     lean = float(np.rad2deg(np.arccos(np.clip(upright, -1.0, 1.0))))

@@ -30,10 +30,10 @@ from ..mjcf.held_joints import HeldJoints
 from ..mjcf.model_names import require
 from ..progress import phase
 from .absent_shapes import links_without_shapes, wires_told
-from .composition import Piece, Pieces, one_line
+from .composition import BodyOwner, CellAssembly, one_line
 from .contacts import pair_tool_with_arm, set_contact_bits
 from .equipment import add_positioner, add_robot, leave_out_table
-from .part_contact import standing, sunk
+from .part_contact import part_contact_warnings, sunk
 from .scene import Scene
 from .table_axes import table_axes
 from .workpiece import MANY_PIECES, add_fixture, add_part
@@ -79,7 +79,7 @@ def _compiled(cell: Uncompiled, part: PartShape) -> Scene:
     lean_cylinders(model)
     scene = _bind(pieces, model, part, cell.arm.home)
     told = (*cell.arm.warnings, *cell.table.warnings, *_without_home(case, scene, cell.arm))
-    return replace(scene, warnings=(*scene.warnings, *told, *standing(scene, part), *sunk(scene)))
+    return replace(scene, warnings=(*scene.warnings, *told, *part_contact_warnings(scene, part), *sunk(scene)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class Uncompiled:
         table: what was made of the positioner.
     """
 
-    pieces: Pieces
+    pieces: CellAssembly
     arm: HeldJoints
     table: HeldJoints
 
@@ -103,7 +103,7 @@ def put_together(case: Case, part: PartShape, together: int = MANY_PIECES) -> Un
     Raises:
         InputError: a model file is missing or cannot be used, or a name the case binds is not in it.
     """
-    pieces = Pieces(surroundings(case), case)
+    pieces = CellAssembly(surroundings(case), case)
     check_names(case.robot.joints)
     arm = add_robot(pieces)
     check_count(case.robot.joints)
@@ -118,10 +118,10 @@ def put_together(case: Case, part: PartShape, together: int = MANY_PIECES) -> Un
     return Uncompiled(pieces, arm, table)
 
 
-def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str, float]) -> Scene:
+def _bind(pieces: CellAssembly, model: mujoco.MjModel, part: PartShape, home: dict[str, float]) -> Scene:
     case = pieces.case
-    robot = [pieces.name(Piece.ROBOT, "joints", name) for name in case.robot.joints]
-    table = [pieces.name(Piece.POSITIONER, "joints", name) for name in case.positioner.joints]
+    robot = [pieces.name(BodyOwner.ROBOT, "joints", name) for name in case.robot.joints]
+    table = [pieces.name(BodyOwner.POSITIONER, "joints", name) for name in case.positioner.joints]
     arm_joints = [require(model, "joint", name, "robot.joints") for name in robot]
     sites = _sites(pieces, model)
     table_joints, has_axis = table_axes(model, table, sites["table"], case)
@@ -130,17 +130,17 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
     tool_root = int(model.jnt_bodyid[arm_joints[0]])
     arm_geom = np.array([_descends(model, int(b), tool_root) for b in model.geom_bodyid], dtype=bool)
     last = [b for b in range(model.nbody) if _descends(model, b, int(model.jnt_bodyid[arm_joints[-1]]))]
-    base = pieces.name(Piece.ROBOT, "bodies", case.robot.base)
+    base = pieces.name(BodyOwner.ROBOT, "bodies", case.robot.base)
     chain = chain_of(model, robot, model.site(sites["tcp"]).name, base, _speeds(model, case))
     chain = replace(chain, names=tuple(case.robot.joints))
     check_base(model, base, [*arm_joints, *table_joints])
     there = [joint for joint, has in zip(table_joints, has_axis, strict=True) if has]
     rest = _rest(case, chain, home)
-    body_piece = np.array([pieces.piece.get(model.body(b).name, Piece.SURROUNDINGS) for b in range(model.nbody)])
+    body_piece = np.array([pieces.piece.get(model.body(b).name, BodyOwner.SURROUNDINGS) for b in range(model.nbody)])
     on_table = np.array([model.body(b).name in pieces.on_table for b in range(model.nbody)])
     piece = body_piece[model.geom_bodyid].astype(np.int64)
     deposits = np.full(model.ngeom, -1, dtype=np.int64)
-    for geom in np.flatnonzero(piece == Piece.PART):
+    for geom in np.flatnonzero(piece == BodyOwner.PART):
         kind, *number = model.geom(geom).name.split("/")
         deposits[geom] = int(number[0]) if kind == "deposit" else -1
     return Scene(
@@ -163,7 +163,7 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
         tool_geom=arm_geom & np.isin(model.geom_bodyid, last),
         piece_of_geom=piece,
         wire_geom=wire_geom,
-        put_on_table=np.isin(piece, (Piece.SUPPORT, Piece.PART)) | on_table[model.geom_bodyid],
+        put_on_table=np.isin(piece, (BodyOwner.SUPPORT, BodyOwner.PART)) | on_table[model.geom_bodyid],
         arm_joints=np.array(arm_joints, dtype=np.int64),
         table_joints=np.array(table_joints, dtype=np.int64),
         base_body=require(model, "body", base, "robot.base"),
@@ -176,14 +176,16 @@ def _bind(pieces: Pieces, model: mujoco.MjModel, part: PartShape, home: dict[str
     )
 
 
-def _sites(pieces: Pieces, model: mujoco.MjModel) -> dict[str, int]:
+def _sites(pieces: CellAssembly, model: mujoco.MjModel) -> dict[str, int]:
     """Ids of the sites that the case binds, and of the part's."""
     case = pieces.case
     tcp = "tool.tcp (the wire's end, z along the wire)"
     return {
-        "flange": require(model, "site", pieces.name(Piece.ROBOT, "sites", case.robot.flange), "robot.flange"),
-        "tcp": require(model, "site", pieces.name(Piece.TOOL, "sites", case.tool.tcp), tcp),
-        "table": require(model, "site", pieces.name(Piece.POSITIONER, "sites", case.positioner.table), "positioner"),
+        "flange": require(model, "site", pieces.name(BodyOwner.ROBOT, "sites", case.robot.flange), "robot.flange"),
+        "tcp": require(model, "site", pieces.name(BodyOwner.TOOL, "sites", case.tool.tcp), tcp),
+        "table": require(
+            model, "site", pieces.name(BodyOwner.POSITIONER, "sites", case.positioner.table), "positioner"
+        ),
         "part": model.site("part").id,
     }
 
@@ -209,7 +211,7 @@ def _rest(case: Case, chain: Chain, home: dict[str, float]) -> Floats | None:
 
 
 def _without_home(case: Case, scene: Scene, arm: HeldJoints) -> tuple[Warning, ...]:
-    """What is not looked at where no home is known."""
+    """What is not checked where no home is known."""
     if scene.has_home:
         return ()
     has = f"its keys are {', '.join(map(repr, arm.keys))}" if arm.keys else "it has no keys"

@@ -2,7 +2,7 @@
 
 Use:
 
-    pieces = Pieces(surroundings(case), case)     # cell.scene.equipment fills it
+    pieces = CellAssembly(surroundings(case), case)     # cell.scene.equipment fills it
     pieces.piece["link_3"]                        # Piece.ROBOT
     pieces.name(Piece.TOOL, "sites", "tcp")       # its name in the cell
 """
@@ -22,7 +22,7 @@ from ..case.sections import Case
 from ..mjcf.names import Names
 
 
-class Piece(IntEnum):
+class BodyOwner(IntEnum):
     """What a body of the cell belongs to."""
 
     SURROUNDINGS = 0
@@ -35,7 +35,7 @@ class Piece(IntEnum):
 
 
 @dataclass(eq=False)
-class Pieces:
+class CellAssembly:
     """A cell while it is put together.
 
     Attributes:
@@ -50,8 +50,8 @@ class Pieces:
 
     world: mujoco.MjSpec
     case: Case
-    piece: dict[str, Piece] = field(default_factory=dict)
-    names: dict[Piece, Names] = field(default_factory=dict)
+    piece: dict[str, BodyOwner] = field(default_factory=dict)
+    names: dict[BodyOwner, Names] = field(default_factory=dict)
     on_table: set[str] = field(default_factory=set)
     warnings: list[Warning] = field(default_factory=list)
     table: tuple[Floats, Floats] = field(default_factory=lambda: (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])))
@@ -59,9 +59,9 @@ class Pieces:
     @property
     def wires(self) -> set[str]:
         """The wire's shapes, as they are called in the cell."""
-        return {self.names[Piece.TOOL].geoms[wire] for wire in self.case.tool.wire}
+        return {self.names[BodyOwner.TOOL].geoms[wire] for wire in self.case.tool.wire}
 
-    def name(self, piece: Piece, kind: str, own: str) -> str:
+    def name(self, piece: BodyOwner, kind: str, own: str) -> str:
         """What a model's element is called in the cell; its own name where the model has no such element."""
         found: dict[str, str] = getattr(self.names[piece], kind)
         return found.get(own, own)

@@ -19,7 +19,7 @@ from ik.chain import Floats
 from slicing import Code, Warning
 
 from ..errors import InputError
-from .composition import Piece, Pieces, one_line
+from .composition import BodyOwner, CellAssembly, one_line
 
 # contact bits: the wire may touch the part and nothing else
 SOLID, WIRE = 1, 2
@@ -35,26 +35,26 @@ ROUND_SHAPES = tuple(
 OFF_AXIS = 1e-4  # m, and rad: what a shape that turns about the last joint's own axis may be off it
 TOUCHING = 1e-3  # m: nearer than this, two shapes that never move against each other may touch
 AT_FLANGE = 1e-3  # m: a shape that begins this near the flange's face is bolted onto it
-TURNS = 25  # angles of the last joint at which the arm's own shapes are looked at
+TURNS = 25  # angles of the last joint at which the arm's own shapes are checked
 FAR_AWAY = 10.0  # m
 
 
-def set_contact_bits(pieces: Pieces) -> None:
+def set_contact_bits(pieces: CellAssembly) -> None:
     """Everything may hit everything, but for the wire on the part (a model's own bits only say what collides)."""
     wires = pieces.wires
     for geom in pieces.world.geoms:
         if not (geom.contype or geom.conaffinity):
             continue
-        piece = pieces.piece.get(geom.parent.name, Piece.SURROUNDINGS)
-        if piece is Piece.TOOL and geom.name in wires:
+        piece = pieces.piece.get(geom.parent.name, BodyOwner.SURROUNDINGS)
+        if piece is BodyOwner.TOOL and geom.name in wires:
             geom.contype, geom.conaffinity = WIRE, 0
-        elif piece in (Piece.SUPPORT, Piece.PART):
+        elif piece in (BodyOwner.SUPPORT, BodyOwner.PART):
             geom.contype, geom.conaffinity = SOLID, SOLID
         else:
             geom.contype, geom.conaffinity = SOLID, SOLID | WIRE
 
 
-def pair_tool_with_arm(pieces: Pieces) -> None:
+def pair_tool_with_arm(pieces: CellAssembly) -> None:
     """Name the pairs of the tool and the arm that MuJoCo leaves out though they move against each other.
 
     MuJoCo leaves out a body and the one that carries it, and what the model excludes; the tool is welded to the arm's
@@ -65,7 +65,7 @@ def pair_tool_with_arm(pieces: Pieces) -> None:
         InputError: the arm and its tool do not compile.
     """
     case, world = pieces.case, pieces.world
-    joints = [world.joint(pieces.name(Piece.ROBOT, "joints", name)) for name in case.robot.joints]
+    joints = [world.joint(pieces.name(BodyOwner.ROBOT, "joints", name)) for name in case.robot.joints]
     if None in joints:
         return  # cell.scene.compose says which
     try:
@@ -95,7 +95,7 @@ def pair_tool_with_arm(pieces: Pieces) -> None:
 def _pair_links(wrist: _ToolPairs) -> None:
     """Name the pairs of links with two or more joints between that MuJoCo takes for a body and the one that carries it.
 
-    So they are where a body has several joints. What touches at every angle that is looked at is left out and said.
+    So they are where a body has several joints. What touches at every angle that is checked is left out and said.
     """
     pieces, left_out = wrist.pieces, []
     for outer, inner in wrist.unseen_links():
@@ -123,7 +123,7 @@ class _ToolPairs:
     """
 
     model: mujoco.MjModel
-    pieces: Pieces
+    pieces: CellAssembly
     joints: tuple[int, ...]
 
     @cached_property
@@ -140,13 +140,13 @@ class _ToolPairs:
     def of_tool(self) -> NDArray[np.bool_]:
         """Whether a geom is the tool's, by its body."""
         piece = [self.pieces.piece.get(self.model.body(b).name) for b in range(self.model.nbody)]
-        of_tool = np.array([p is Piece.TOOL for p in piece])
+        of_tool = np.array([p is BodyOwner.TOOL for p in piece])
         return of_tool[self.model.geom_bodyid]
 
     @cached_property
     def flange(self) -> tuple[Floats, Floats]:
         """Its place and its z axis with all joints at zero, world, m."""
-        site = self.model.site(self.pieces.name(Piece.ROBOT, "sites", self.pieces.case.robot.flange)).id
+        site = self.model.site(self.pieces.name(BodyOwner.ROBOT, "sites", self.pieces.case.robot.flange)).id
         return self.data.site_xpos[site], self.data.site_xmat[site].reshape(3, 3)[:, 2]
 
     @cached_property
@@ -161,7 +161,7 @@ class _ToolPairs:
         """Geoms of tool and arm that move against each other, but that MuJoCo does not hold against each other."""
         model = self.model
         hard = (model.geom_contype | model.geom_conaffinity) != 0
-        robot = np.array([self.pieces.piece.get(model.body(b).name) is Piece.ROBOT for b in model.geom_bodyid])
+        robot = np.array([self.pieces.piece.get(model.body(b).name) is BodyOwner.ROBOT for b in model.geom_bodyid])
         last = len(self.joints)
         moved = np.flatnonzero(hard & (self.moved_by == last)).tolist()
         tools = [g for g in moved if self.of_tool[g] or self._beyond(g)]
@@ -175,7 +175,7 @@ class _ToolPairs:
         """
         model, known = self.model, set(self.unseen())
         hard = (model.geom_contype | model.geom_conaffinity) != 0
-        robot = [self.pieces.piece.get(model.body(b).name) is Piece.ROBOT for b in model.geom_bodyid]
+        robot = [self.pieces.piece.get(model.body(b).name) is BodyOwner.ROBOT for b in model.geom_bodyid]
         geoms, moved = np.flatnonzero(hard & np.array(robot)).tolist(), self.moved_by
         pairs = [(o, i) for o in geoms for i in geoms if moved[o] - moved[i] >= 2 and (o, i) not in known]
         return [(o, i) for o, i in pairs if self._filtered(o, i) and not self._excluded(o, i)]
@@ -243,7 +243,7 @@ class _ToolPairs:
         return int(self.model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_CYLINDER) and bool(2 * half <= radius)
 
     def always_touch(self, tool: int, arm: int) -> bool:
-        """Whether two shapes touch at every angle of the joints between them that is looked at."""
+        """Whether two shapes touch at every angle of the joints between them that is checked."""
         model, data = self.model, mujoco.MjData(self.model)
         between = self.joints[int(self.moved_by[arm]) :]
         turns = np.linspace(0, 1, TURNS)

@@ -1,6 +1,6 @@
 """The pieces of a cell, put into one MjSpec: surroundings, robot with its tool, positioner, part, fixtures.
 
-    pieces = Pieces(surroundings(case), case)
+    pieces = CellAssembly(surroundings(case), case)
     held = add_robot(pieces)
     held = add_positioner(pieces)
     add_part(pieces, shape); add_fixture(pieces, fixture)
@@ -33,7 +33,7 @@ from ..mjcf.torch import TorchDimensions, shape_torch
 from ..shipped import MODELS_DIR, is_path
 from ..units import METRES_PER_MM
 from .calibration import calibrated
-from .composition import Piece, Pieces, one_line
+from .composition import BodyOwner, CellAssembly, one_line
 
 UNUSED = ("unused/E1", "unused/E2")  # joints of axes that a positioner does not have
 ROOT, PLATE = "fixed_table", "fixed_table_plate"  # bodies of a table without axes
@@ -80,7 +80,7 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
     return spec
 
 
-def _prepared(pieces: Pieces, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
+def _prepared(pieces: CellAssembly, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
     """A model with all that is named and nothing that only a simulation needs."""
     gone = []
     pairs = list(spec.pairs) if what == "positioner" else []  # of the arm's pairs alone a motion is asked
@@ -131,7 +131,9 @@ def _with_the_cells_options(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> None:
         setattr(spec, name, getattr(world, name))
 
 
-def _put(pieces: Pieces, child: mujoco.MjSpec, piece: Piece, parent: mujoco.MjsBody, pos: Floats, quat: Floats) -> None:
+def _put(
+    pieces: CellAssembly, child: mujoco.MjSpec, piece: BodyOwner, parent: mujoco.MjsBody, pos: Floats, quat: Floats
+) -> None:
     """Attach a prepared model to a body.
 
     Shapes in its worldbody get a body of their own: in a body of another piece they would take part in what that one's
@@ -179,7 +181,7 @@ def quaternion_about(rotation_deg: tuple[float, float, float]) -> Floats:
     return quat
 
 
-def add_robot(pieces: Pieces) -> HeldJoints:
+def add_robot(pieces: CellAssembly) -> HeldJoints:
     """Attach the arm and its tool.
 
     Returns:
@@ -197,7 +199,7 @@ def add_robot(pieces: Pieces) -> HeldJoints:
     _prepared(pieces, robot, "robot")
     pos, quat = _stands_at(robot, case.robot.flange, "robot")
     place = np.array(case.robot.position_mm) * METRES_PER_MM
-    _put(pieces, robot, Piece.ROBOT, world.worldbody, place, quaternion_about(case.robot.rotation_deg))
+    _put(pieces, robot, BodyOwner.ROBOT, world.worldbody, place, quaternion_about(case.robot.rotation_deg))
     tool = _load(case, case.tool.model, "tool")
     held_by_tool = hold(tool, (), _own_places(case, "tool"))
     if case.tool.dimensions or case.tool.model == "cmt_torch":
@@ -209,8 +211,8 @@ def add_robot(pieces: Pieces) -> HeldJoints:
         if tool.geom(wire) is None:
             raise InputError(f"{case.path}: tool.wire: {case.tool.model} has no geom named {wire!r}")
     _prepared(pieces, tool, "tool")
-    flange = world.site(pieces.name(Piece.ROBOT, "sites", case.robot.flange))
-    _put(pieces, tool, Piece.TOOL, flange.parent, pos, quat)
+    flange = world.site(pieces.name(BodyOwner.ROBOT, "sites", case.robot.flange))
+    _put(pieces, tool, BodyOwner.TOOL, flange.parent, pos, quat)
     return replace(held, warnings=(*held.warnings, *held_by_tool.warnings))
 
 
@@ -230,11 +232,11 @@ def _dimension_problem(error: Exception) -> str:
     return text
 
 
-def add_positioner(pieces: Pieces) -> HeldJoints:
+def add_positioner(pieces: CellAssembly) -> HeldJoints:
     """Attach the positioner where the case puts it.
 
     Axes that it does not have are joints that nothing hangs on, so that every cell has two: :data:`UNUSED`. A table
-    without any stands on a body of its own with both, so that it is held against the floor and what stands on it.
+    without any stands on a body of its own with both, so that it is checked against the floor and what stands on it.
 
     Returns:
         Where its joints stand that are not planned.
@@ -262,11 +264,11 @@ def add_positioner(pieces: Pieces) -> HeldJoints:
     if not told.joints:
         root = root.add_body(name=ROOT, pos=place, quat=quat)
         place, quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-    pieces.piece[ROOT] = pieces.piece[PLATE] = Piece.POSITIONER
-    _put(pieces, positioner, Piece.POSITIONER, root, place, quat)
+    pieces.piece[ROOT] = pieces.piece[PLATE] = BodyOwner.POSITIONER
+    _put(pieces, positioner, BodyOwner.POSITIONER, root, place, quat)
     if not told.joints:
         pos, quat = pieces.table
-        plate = world.site(pieces.name(Piece.POSITIONER, "sites", told.table)).parent
+        plate = world.site(pieces.name(BodyOwner.POSITIONER, "sites", told.table)).parent
         plate = plate.add_body(name=PLATE, pos=pos, quat=quat)
         _still(plate, UNUSED)
         pieces.table = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
@@ -297,7 +299,7 @@ def _without_shape(case: Case) -> tuple[Warning, ...]:
     )
 
 
-def leave_out_table(pieces: Pieces) -> None:
+def leave_out_table(pieces: CellAssembly) -> None:
     """Leave out pairs of a fixed table and what stands on it: as on one that turns, it touches it by design."""
     world = pieces.world
     if pieces.case.positioner.joints:

@@ -1,6 +1,6 @@
 """Whether the part stands on what carries it, neither inside it nor in the air above it; and fixtures that are sunk.
 
-    for line in standing(scene, shape): ...          # typed warnings
+    for line in part_contact_warnings(scene, shape): ...          # typed warnings
     for line in sunk(scene): ...
 
 What is on the table does not move against the table: no check of a motion ever holds the two against each other.
@@ -19,7 +19,7 @@ from slicing import Code, PartShape, Warning
 from ..arrays import Ints
 from ..units import METRES_PER_MM
 from .absent_shapes import link_of_body
-from .composition import Piece
+from .composition import BodyOwner
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 OFF_MM = 0.5  # that a part may be off what it stands on
 NEAR_BY = 0.05  # m: out to here distances are of interest
 SUNK_MM = 1.0  # that a fixture may reach into what stands still against it
-CARRIERS = (Piece.SUPPORT, Piece.POSITIONER, Piece.FIXTURE)
+CARRIERS = (BodyOwner.SUPPORT, BodyOwner.POSITIONER, BodyOwner.FIXTURE)
 
 
-def standing(scene: Scene, shape: PartShape) -> Iterator[Warning]:
+def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
     """Say what stands in what carries it, and a body that nothing carries.
 
     Args:
@@ -50,7 +50,7 @@ def standing(scene: Scene, shape: PartShape) -> Iterator[Warning]:
     moves_along = link[model.geom_bodyid] == link[table]
     carriers = np.flatnonzero(solid & moves_along & np.isin(scene.piece_of_geom, CARRIERS))
     half_bead = 0.5 * scene.case.beads.width_mm * METRES_PER_MM
-    ground = carriers[scene.piece_of_geom[carriers] != Piece.FIXTURE]  # fixtures may stand for more of the part
+    ground = carriers[scene.piece_of_geom[carriers] != BodyOwner.FIXTURE]  # fixtures may stand for more of the part
     for what, of_part, beads in _what_stands(names, shape):
         off_mm = float(shape.visual[f"{what}_visual"].vertices[:, 2].min()) + scene.case.part.position_mm[2]
         apart, found = _nearest(model, data, of_part, ground)
@@ -84,10 +84,10 @@ def sunk(scene: Scene) -> Iterator[Warning]:
     mujoco.mj_kinematics(model, data)
     link = link_of_body(model, [*scene.arm_joints.tolist(), *scene.table_joints.tolist()])[model.geom_bodyid]
     solid, piece = scene.contact_bits.any(axis=0), scene.piece_of_geom
-    fixed = solid & np.isin(piece, (Piece.ROBOT, Piece.POSITIONER, Piece.SUPPORT))
+    fixed = solid & np.isin(piece, (BodyOwner.ROBOT, BodyOwner.POSITIONER, BodyOwner.SUPPORT))
     fixed &= model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE  # a floor of a model's own: fixtures are let into it
     deepest: dict[str, tuple[float, int]] = {}
-    for geom in np.flatnonzero(solid & (piece == Piece.FIXTURE)).tolist():
+    for geom in np.flatnonzero(solid & (piece == BodyOwner.FIXTURE)).tolist():
         apart, other = _nearest(model, data, np.array([geom]), np.flatnonzero(fixed & (link == link[geom])))
         name = scene.geom_name(geom)
         deepest[name] = min(deepest.get(name, (np.inf, -1)), (apart, other))

@@ -2,7 +2,7 @@
 
 The one place where millimetres become metres::
 
-    placed = place(targets, T_base_part)          # slicing.targets.targets.Targets -> Placed
+    placed = place_targets(targets, T_base_part)          # slicing.targets.targets.Targets -> PlacedTargets
     placed.Ts_base_target                         # (n, 4, 4), roll 0
 
 A target's frame has z along the wire (into the part: minus the deposition direction) and, at roll 0, x along the
@@ -39,11 +39,11 @@ class MovingTable:
 
     kinematics: TableKinematics
     tables: Floats
-    bead: Placed
+    bead: PlacedTargets
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacedTargets:
     """Targets in the arm's base frame.
 
     Attributes:
@@ -67,16 +67,16 @@ class Placed:
         return frames(self.position, self.normal, self.reference)
 
     @property
-    def bead(self) -> Placed:
+    def bead(self) -> PlacedTargets:
         """The targets where their beads stand still: in the base frame, or in the part's where the table moves."""
         return self if self.moving is None else self.moving.bead
 
-    def rows(self, index: slice | Ints | list[int]) -> Placed:
+    def rows(self, index: slice | Ints | list[int]) -> PlacedTargets:
         """Some of the targets."""
         moving = self.moving
         if moving is not None:
             moving = replace(moving, tables=moving.tables[index], bead=moving.bead.rows(index))
-        return Placed(self.position[index], self.normal[index], self.reference, moving)
+        return PlacedTargets(self.position[index], self.normal[index], self.reference, moving)
 
     def tables(self, target: Ints, fraction: Floats | None = None) -> Floats:
         """Table angles at targets, or at fractions of the way from them to the next.
@@ -109,7 +109,7 @@ class Placed:
         return Ts if self.moving is None else inverse(self.moving.kinematics.poses(tables)) @ Ts
 
 
-def place(targets: Targets, T_base_part: Floats) -> Placed:
+def place_targets(targets: Targets, T_base_part: Floats) -> PlacedTargets:
     """Bring targets into the base frame.
 
     Args:
@@ -124,14 +124,14 @@ def place(targets: Targets, T_base_part: Floats) -> Placed:
     """
     check_targets(targets)
     R, p = T_base_part[:3, :3], T_base_part[:3, 3]
-    return Placed(
+    return PlacedTargets(
         position=targets.position * METRES_PER_MM @ R.T + p,
         normal=targets.normal @ R.T,
         reference=(R[:, 2], R[:, 0]),
     )
 
 
-def place_moving(targets: Targets, kinematics: TableKinematics, tables: Floats) -> Placed:
+def place_on_moving_table(targets: Targets, kinematics: TableKinematics, tables: Floats) -> PlacedTargets:
     """Bring targets into the base frame, each at table angles of its own.
 
     Args:
@@ -145,10 +145,10 @@ def place_moving(targets: Targets, kinematics: TableKinematics, tables: Floats) 
     Raises:
         InputError: a target is not finite or has no normal.
     """
-    bead = place(targets, np.eye(4))
+    bead = place_targets(targets, np.eye(4))
     Ts = kinematics.poses(tables)
     R = kinematics.T_base_part[:3, :3]
-    return Placed(
+    return PlacedTargets(
         position=(Ts[:, :3, :3] @ bead.position[..., None])[..., 0] + Ts[:, :3, 3],
         normal=(Ts[:, :3, :3] @ bead.normal[..., None])[..., 0],
         reference=(R[:, 2], R[:, 0]),

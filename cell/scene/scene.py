@@ -21,7 +21,7 @@ from slicing import PartShape, Warning
 from ..case.sections import Case
 from ..errors import InputError
 from ..rigid import inverse, pose
-from .composition import Piece
+from .composition import BodyOwner
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Scene:
         has_axis: whether the positioner has E1, E2, (2,).
         base_body: id of the arm's base body.
         sites: ids of the sites flange, tcp, table and part.
-        warnings: what is left out of the cell or not looked at, one line each.
+        warnings: what is left out of the cell or not checked, one line each.
     """
 
     case: Case
@@ -172,7 +172,7 @@ class Scene:
         Args:
             geom: its number in the scene's model.
         """
-        if self.piece_of_geom[geom] == Piece.FIXTURE:
+        if self.piece_of_geom[geom] == BodyOwner.FIXTURE:
             return self.model.body(self.model.geom_bodyid[geom]).name.split("/")[1]
         name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, geom)
         return name or f"{self.model.body(self.model.geom_bodyid[geom]).name} (geom {geom})"

@@ -25,7 +25,7 @@ from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.convex_pieces import ConvexPieces, convex_pieces
 from ..units import METRES_PER_MM
-from .composition import Piece, Pieces, one_line
+from .composition import BodyOwner, CellAssembly, one_line
 from .contacts import SOLID, WIRE
 from .equipment import PLATE, UNIT, quaternion_about
 
@@ -42,24 +42,24 @@ COLOUR = {
 }
 
 
-def _table_body(pieces: Pieces) -> mujoco.MjsBody:
+def _table_body(pieces: CellAssembly) -> mujoco.MjsBody:
     """The body that holds the table's site; of a fixed table its plate."""
     told = pieces.case.positioner
     if not told.joints:
         return pieces.world.body(PLATE)
-    return pieces.world.site(pieces.name(Piece.POSITIONER, "sites", told.table)).parent
+    return pieces.world.site(pieces.name(BodyOwner.POSITIONER, "sites", told.table)).parent
 
 
-def add_part(pieces: Pieces, part: PartShape, together: int = MANY_PIECES) -> None:
+def add_part(pieces: CellAssembly, part: PartShape, together: int = MANY_PIECES) -> None:
     """Put support and part onto the positioner's table, with a site ``part`` at the part's frame."""
     case, world = pieces.case, pieces.world
     pos, quat = pieces.table
     fixed = _table_body(pieces).add_body(name="workpiece", pos=pos, quat=quat)
-    pieces.piece["workpiece"] = Piece.SUPPORT
+    pieces.piece["workpiece"] = BodyOwner.SUPPORT
     lift = 0.0 if case.support is None else _add_support(fixed, case.support)
     place = np.array(case.part.position_mm) * METRES_PER_MM + (0.0, 0.0, lift)
     body = fixed.add_body(name="part", pos=place, quat=quaternion_about((0.0, 0.0, case.part.rotation_deg)))
-    pieces.piece["part"] = Piece.PART
+    pieces.piece["part"] = BodyOwner.PART
     body.add_site(name="part", size=(0.002, 0.002, 0.002), group=4)
     _add_visuals(world, body, part)
     pieces.warnings += _filled_body(case, part)
@@ -100,7 +100,7 @@ def _add_visuals(world: mujoco.MjSpec, body: mujoco.MjsBody, part: PartShape) ->
         )
 
 
-def _add_hulls(pieces: Pieces, body: mujoco.MjsBody, part: PartShape, together: int) -> None:
+def _add_hulls(pieces: CellAssembly, body: mujoco.MjsBody, part: PartShape, together: int) -> None:
     """What the part collides with: convex pieces of its body and deposits; many of them in bodies of their own."""
     several = len(part.hulls) > together
     holder, world = body, pieces.world
@@ -108,7 +108,7 @@ def _add_hulls(pieces: Pieces, body: mujoco.MjsBody, part: PartShape, together: 
         if several and i % together == 0:
             # MuJoCo goes through every geom of a body that may be hit: what lies far off is left out body by body
             holder = body.add_body(name=f"pieces_{i // together}")
-            pieces.piece[holder.name] = Piece.PART
+            pieces.piece[holder.name] = BodyOwner.PART
         world.add_mesh(name=name, uservert=(vertices * METRES_PER_MM).ravel())
         holder.add_geom(
             name=name,
@@ -141,7 +141,7 @@ def _crossed(mesh: Mesh) -> Floats:
     return crossed
 
 
-def add_fixture(pieces: Pieces, fixture: Fixture) -> None:
+def add_fixture(pieces: CellAssembly, fixture: Fixture) -> None:
     """Put a fixture onto the floor or the table.
 
     Raises:
@@ -166,7 +166,7 @@ def add_fixture(pieces: Pieces, fixture: Fixture) -> None:
         pos=np.array(fixture.position_mm) * METRES_PER_MM,
         quat=quaternion_about(fixture.rotation_deg),
     )
-    pieces.piece[name] = Piece.FIXTURE
+    pieces.piece[name] = BodyOwner.FIXTURE
     options = {
         "name": fixture.name,
         "rgba": COLOUR["fixture"],
@@ -209,7 +209,7 @@ def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
     return name
 
 
-def _solids(pieces: Pieces, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _solids(pieces: CellAssembly, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """What collides of a fixture's mesh, as options of geoms: itself where it is convex, else convex pieces."""
     case, world = pieces.case, pieces.world
     path = Path(case.path_of(str(fixture.mesh))).resolve()

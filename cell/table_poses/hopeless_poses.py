@@ -27,15 +27,15 @@ from ik.reachability_proof import certify
 
 from ..arrays import Ints
 from ..collision.checker import Checker
-from ..collision.table import tables_alone
+from ..collision.table_clearances import tables_alone
 from ..farthest_points import farthest_points
 from ..job.job import Job
-from ..planning.configurations import Nodes, evaluate, reasons
+from ..planning.configurations import Nodes, nodes_at_rolls, reasons
 from ..planning.context import FINER_ROLLS, LEAST_REACH, settings_of
-from ..scene.placement import Placed, place
+from ..scene.placement import PlacedTargets, place_targets
 from ..scene.scene import table_angles
 
-SPREAD = 32  # targets whose collisions are looked at
+SPREAD = 32  # targets whose collisions are checked
 NORMAL_MM = 20.0  # two targets a unit of normal apart count as this far from one another
 
 
@@ -91,8 +91,8 @@ def screen_all(job: Job, poses: Sequence[tuple[float, float]], laid: int | None 
     hits = tables_alone(job.scene, tables, laid).distance < 0.0
     found: list[Screened | None] = [Screened(n, n, {"collision": n}) if hit else None for hit in hits]
     left = np.flatnonzero(~hits).tolist()
-    placed = [place(job.targets, T_base_part) for T_base_part in job.scene.Ts_base_site("part", tables[left])]
-    some = spread(job.targets.position, job.targets.normal) if left else np.zeros(0, dtype=np.int64)
+    placed = [place_targets(job.targets, T_base_part) for T_base_part in job.scene.Ts_base_site("part", tables[left])]
+    some = targets_far_apart(job.targets.position, job.targets.normal) if left else np.zeros(0, dtype=np.int64)
     for k, one, out in zip(left, placed, _proved_out(job, placed), strict=True):
         dead, looked_at = _steep(job, one) | out, n
         if not dead:
@@ -109,7 +109,7 @@ def roll_steps(job: Job) -> tuple[float, ...]:
     return (step,) if job.window.is_fixed else (step, step / FINER_ROLLS)
 
 
-def spread(position: Floats, normal: Floats, count: int = SPREAD) -> Ints:
+def targets_far_apart(position: Floats, normal: Floats, count: int = SPREAD) -> Ints:
     """Targets far from one another: each the one farthest from those before.
 
     Args:
@@ -124,7 +124,7 @@ def spread(position: Floats, normal: Floats, count: int = SPREAD) -> Ints:
     return np.unique(farthest_points(points, count))
 
 
-def _steep(job: Job, placed: Placed) -> dict[int, str]:
+def _steep(job: Job, placed: PlacedTargets) -> dict[int, str]:
     limit = job.case.checks.gravity_max_deg
     if limit is None:
         return {}
@@ -132,7 +132,7 @@ def _steep(job: Job, placed: Placed) -> dict[int, str]:
     return dict.fromkeys(np.flatnonzero(angle > np.deg2rad(limit)).tolist(), "gravity")
 
 
-def _proved_out(job: Job, placed: Sequence[Placed]) -> list[dict[int, str]]:
+def _proved_out(job: Job, placed: Sequence[PlacedTargets]) -> list[dict[int, str]]:
     """At each pose the targets without a configuration at any allowed roll, and the reason a check gives."""
     solver = job.solver
     if solver.form is None or not placed:
@@ -144,12 +144,12 @@ def _proved_out(job: Job, placed: Sequence[Placed]) -> list[dict[int, str]]:
     return [{i: next(told) for i in np.flatnonzero(rows).tolist()} for rows in dead]
 
 
-def _nodes(job: Job, placed: Placed, targets: Ints, roll_step: float) -> Nodes:
+def _nodes(job: Job, placed: PlacedTargets, targets: Ints, roll_step: float) -> Nodes:
     some = placed.rows(targets)
-    return evaluate(job.solver, some, job.window, roll_step, job.singularity_limits)
+    return nodes_at_rolls(job.solver, some, job.window, roll_step, job.singularity_limits)
 
 
-def _blocked(job: Job, placed: Placed, targets: Ints, checker: Checker) -> dict[int, str]:
+def _blocked(job: Job, placed: PlacedTargets, targets: Ints, checker: Checker) -> dict[int, str]:
     """Which of some targets have no free configuration at any roll that a check tries, by reason."""
     why: dict[int, str] = {}
     for roll_step in roll_steps(job):

@@ -18,7 +18,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..job.build_order import LayerRun
 
-MOST_TRIED = 7  # sub-volumes of which every order is looked at where none locks out another
+MOST_TRIED = 7  # sub-volumes of which every order is checked where none locks out another
 NEVER = np.iinfo(np.int64).max  # as a first layer: none of them is in the way
 SAME_TIME = 1e-6  # s
 
@@ -26,7 +26,7 @@ SAME_TIME = 1e-6  # s
 def shortest_order(
     layers: Sequence[int], seconds: Floats, needs: Sequence[Ints], fixed: int = 0
 ) -> list[LayerRun] | None:
-    """The order with the shortest turns of those looked at; of alike ones the one nearest to the order given.
+    """The order with the shortest turns of those checked; of alike ones the one nearest to the order given.
 
     Args:
         layers: how many each sub-volume has.
@@ -35,7 +35,7 @@ def shortest_order(
         fixed: how many of the first come first, whole.
 
     Returns:
-        Runs of layers; None where every order looked at comes to an end before all is built.
+        Runs of layers; None where every order checked comes to an end before all is built.
     """
     count = len(layers)
     starts: Sequence[Sequence[int]] = [(k,) for k in range(fixed, count)] or [()]

@@ -21,17 +21,17 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..collision.checker import Checker
 from ..job.job import Job
-from ..planning.configurations import evaluate
+from ..planning.configurations import nodes_at_rolls
 from ..planning.context import settings_of
 from ..processes.worker import Tick
-from ..scene.placement import place
+from ..scene.placement import place_targets
 from .layer_order import NEVER
-from .parallel_poses import pool_for
+from .parallel_poses import pool_for_poses
 from .table_turn import Angles
 
 SPARE = 1e-3  # m beyond the clearance asked for: a bead's way is narrower than its targets
 FEW_CONFIGURATIONS = 24  # configurations with which less and less is tried
-CHEAP = 8  # configurations that are looked at first: most targets are free in one of them
+CHEAP = 8  # configurations that are checked first: most targets are free in one of them
 
 
 def locked_layers(job: Job, poses: Sequence[Angles | None]) -> list[Ints]:
@@ -45,7 +45,7 @@ def locked_layers(job: Job, poses: Sequence[Angles | None]) -> list[Ints]:
         Of each sub-volume (its layers, sub-volumes): the first layer of each other one that may not be there before;
         ``NEVER`` where all may be.
     """
-    return pool_for(job).run(_needs_of, job, list(enumerate(poses)))
+    return pool_for_poses(job).run(_needs_of, job, list(enumerate(poses)))
 
 
 def _needs_of(job: Job, one: tuple[int, Angles | None], _: Tick) -> Ints:
@@ -58,11 +58,11 @@ def _needs_of(job: Job, one: tuple[int, Angles | None], _: Tick) -> Ints:
 
 
 class _Neighbours:
-    """Looks at one sub-volume with more or less of the others there."""
+    """Checks one sub-volume with more or less of the others there."""
 
     def __init__(self, job: Job, own: int, pose: Angles) -> None:
         self.job, self.own, self.pose = job, own, pose
-        self.placed = place(job.targets, job.scene.T_base_part(*pose))
+        self.placed = place_targets(job.targets, job.scene.T_base_part(*pose))
         self.most = max(job.layers)
         self.clearance = settings_of(job).clearance + SPARE
         # of every deposit the sub-volume and the layer
@@ -125,7 +125,7 @@ class _Neighbours:
         """Configurations of targets inside limits and margins, the cheapest first."""
         job = self.job
         step = settings_of(job).roll_step
-        nodes = evaluate(job.solver, self.placed.rows(targets), job.window, step, job.singularity_limits)
+        nodes = nodes_at_rolls(job.solver, self.placed.rows(targets), job.window, step, job.singularity_limits)
         found = []
         for k in range(len(targets)):
             allowed = np.isfinite(nodes.cost[k])

@@ -1,6 +1,6 @@
-"""Who looks at a part's table poses: workers, where the part is large enough for them to be worth their start.
+"""Who checks a part's table poses: workers, where the part is large enough for them to be worth their start.
 
-found = pool_for(job).run(function, job, items)
+found = pool_for_poses(job).run(function, job, items)
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from ..processes.worker_pool import WorkerPool, pool
 LARGE = 300  # targets from which on workers, whose start takes a second of each, save more than that
 
 
-def pool_for(job: Job) -> WorkerPool:
+def pool_for_poses(job: Job) -> WorkerPool:
     """Those at work, for a large part; else nobody but this process.
 
     Args:

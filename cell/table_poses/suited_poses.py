@@ -2,7 +2,7 @@
 
     for suited in suited_poses(job, group): ...      # suited.pose: E1, E2 in rad; the best first
 
-Looked at are poses on a grid of 5 degrees over both axes' ranges, endless axes once round; poses that hold the part
+Checked are poses on a grid of 5 degrees over both axes' ranges, endless axes once round; poses that hold the part
 alike with the tilt to the other side, (E1, E2) and (-E1, E2 +- 180), are both among them. They are taken by the
 greatest angle off upright, in steps of 5 degrees, then by the room that the arm has at single targets, in steps of 5
 mm. What no motion can help excludes a pose, as in a sweep.
@@ -24,20 +24,20 @@ from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH
 from ..job.job import Job
 from ..job.table_groups import TableGroup
-from ..planning.configurations import evaluate
+from ..planning.configurations import nodes_at_rolls
 from ..planning.context import settings_of
-from ..scene.placement import place
+from ..scene.placement import place_targets
 from ..scene.scene import Scene
-from .hopeless_poses import screen, spread
+from .hopeless_poses import screen, targets_far_apart
 from .table_turn import Angles
 
 GRID_DEG = 5.0
 BAND_DEG = 5.0  # steps in which angles off upright count as alike
 ROOM = 5e-3  # m: steps in which clearances count as alike
-APART = np.deg2rad(14.0)  # poses nearer to one another than this are not both looked at
+APART = np.deg2rad(14.0)  # poses nearer to one another than this are not both checked
 MOST_SCREENED = 40
 SURVIVORS = 5  # poses that nothing speaks against are enough
-ROOM_TARGETS = 8  # targets whose room is looked at
+ROOM_TARGETS = 8  # targets whose room is checked
 CHEAP = 6  # configurations of each
 ABSENT = np.iinfo(np.int64).max // 2  # number of a deposit that is never there
 
@@ -103,10 +103,10 @@ def pose_grid(scene: Scene) -> Floats:
     return np.column_stack([axis.ravel() for axis in grid])
 
 
-def part_of(job: Job, group: TableGroup) -> Job:
+def with_targets_of(job: Job, group: TableGroup) -> Job:
     """The job with a group's targets alone; deposits are numbered as ever."""
     t, mine = job.targets, slice(group.first, group.stop)
-    names = ("sub_volume_index", "layer", "path", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
+    names = ("sub_volume_index", "layer", "bead", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
     return replace(job, targets=replace(t, **{name: getattr(t, name)[mine] for name in names}))
 
 
@@ -130,7 +130,7 @@ def upright_poses(job: Job, group: TableGroup) -> tuple[Floats, Ints]:
 
 def alone(job: Job, group: TableGroup) -> Job:
     """The job with a group's targets alone, and nothing of other sub-volumes there."""
-    own = part_of(job, group)
+    own = with_targets_of(job, group)
     number = np.concatenate(job.deposits)
     names = np.repeat(np.array(job.targets.sub_volume), job.layers)
     others = number[names != group.sub_volume]
@@ -147,7 +147,7 @@ def suited_poses(job: Job, group: TableGroup) -> list[SuitedPose]:
         group: whose targets.
 
     Returns:
-        The poses; none where everything looked at is excluded.
+        The poses; none where everything checked is excluded.
     """
     own = alone(job, group)
     poses, band = upright_poses(job, group)
@@ -174,16 +174,16 @@ def upright_band(job: Job, group: TableGroup, pose: Angles) -> int:
 
 def serves(job: Job, group: TableGroup, pose: Angles) -> bool:
     """Whether nothing speaks against a pose for a group, with what is built before it there."""
-    own = part_of(job, group)
+    own = with_targets_of(job, group)
     E1_deg, E2_deg = np.rad2deg(pose).tolist()
     return screen(own, E1_deg, E2_deg, int(own.laid.max())) is None
 
 
 def _room(job: Job, pose: Angles) -> float:
     """The least clearance of a few targets far from one another, each in the best of its cheap configurations, m."""
-    some = spread(job.targets.position, job.targets.normal, ROOM_TARGETS)
-    placed = place(job.targets, job.scene.T_base_part(*pose)).rows(some)
-    nodes = evaluate(job.solver, placed, job.window, settings_of(job).roll_step, job.singularity_limits)
+    some = targets_far_apart(job.targets.position, job.targets.normal, ROOM_TARGETS)
+    placed = place_targets(job.targets, job.scene.T_base_part(*pose)).rows(some)
+    nodes = nodes_at_rolls(job.solver, placed, job.window, settings_of(job).roll_step, job.singularity_limits)
     checker = Checker(job.scene, pose, CLEARANCE_REACH)
     least = CLEARANCE_REACH
     for k, i in enumerate(some.tolist()):

@@ -23,9 +23,9 @@ from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances, SeesClearances
 from ..collision.proofs.between_samples import unproven_steps
 from ..collision.proofs.reach_radii import all_radii, table_radii
-from ..collision.table import TableChecker, with_table_axes
+from ..collision.table_clearances import TableChecker, with_table_axes
 from ..collision.wire import WIRE_REACH, wire_scene
-from ..failure import Contact, Failure, Kind, Place, Where
+from ..failure import Contact, Failure, FailurePlace, Kind, Where
 from ..planning.context import settings_of
 from ..scene.scene import Scene
 from ..timing.time_law import time_travel
@@ -63,7 +63,7 @@ class TableTurn:
 
     @property
     def axes(self) -> Floats:
-        """All axes at the samples looked at, (k, j + 2), rad."""
+        """All axes at the samples checked, (k, j + 2), rad."""
         return np.concatenate([np.tile(self.q, (len(self.looked_at), 1)), self.looked_at], axis=1)
 
 
@@ -179,7 +179,7 @@ class TurnSearch:
             measure=measure,
             limit=round(least / METRES_PER_MM, 3),
             contact=contact,
-            place=Place(Where.TABLE_TURN),
+            place=FailurePlace(Where.TABLE_TURN),
         )
 
 

@@ -17,14 +17,14 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
+from ..collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_between_samples
 from ..failure import Failure
-from ..planning.assemble import way_time
+from ..planning.assemble import home_travel_time
+from ..planning.bead_plan import reduced_budget
 from ..planning.context import Context
-from ..planning.edge_check import UNKNOWN_SPEED
-from ..planning.part_plan import reduced_budget
+from ..planning.edges.edge_check import UNKNOWN_SPEED
 from ..planning.travels.home import SpanEnds
-from ..planning.travels.travel import STRAIGHT, TravelWay, straight_retract, travel
+from ..planning.travels.travel import STRAIGHT, TravelPath, straight_retract, travel
 from .table_turn import TableTurn, TurnSearch
 
 SHARES = (0.0, 0.15, 0.3, 0.5, 0.7)  # of a way, from where the torch is drawn back on
@@ -49,7 +49,7 @@ class TurnEnd:
 
 
 @dataclass(frozen=True, eq=False)
-class CheckedWay:
+class CheckedTravel:
     """A way that is free.
 
     Attributes:
@@ -58,7 +58,7 @@ class CheckedWay:
         pair: the two geoms.
     """
 
-    way: TravelWay
+    way: TravelPath
     least: float
     pair: tuple[int, int]
 
@@ -74,8 +74,8 @@ class NearerPlace:
     """
 
     turn: TableTurn
-    back: CheckedWay
-    out: CheckedWay
+    back: CheckedTravel
+    out: CheckedTravel
 
 
 def nearer_place(turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: TableTurn) -> NearerPlace | None:
@@ -127,29 +127,29 @@ def _as_near(before: TurnEnd, after: TurnEnd, found: NearerPlace) -> NearerPlace
     return found
 
 
-def _checked(before: TurnEnd, after: TurnEnd, back: TravelWay, out: TravelWay) -> tuple[CheckedWay, CheckedWay]:
+def _checked(before: TurnEnd, after: TurnEnd, back: TravelPath, out: TravelPath) -> tuple[CheckedTravel, CheckedTravel]:
     """Ways with the nearest that anything comes on them."""
     laid = int(before.context.laid[before.ends.last.stop - 1])
     return _checked_way(before.context, back, laid), _checked_way(after.context, out, after.context.begun)
 
 
-def _checked_way(context: Context, way: TravelWay, laid: int) -> CheckedWay:
+def _checked_way(context: Context, way: TravelPath, laid: int) -> CheckedTravel:
     deposits_laid = np.full(len(way.q), laid)
     seen, kept = way.clearances, way.kept
-    _, nearest = least_on_the_way(context.checker, context.radius, way.q, deposits_laid, seen, kept=kept)
-    return CheckedWay(way, float(nearest.distance[0]), (int(nearest.pair[0, 0]), int(nearest.pair[0, 1])))
+    _, nearest = least_between_samples(context.checker, context.radius, way.q, deposits_laid, seen, kept=kept)
+    return CheckedTravel(way, float(nearest.distance[0]), (int(nearest.pair[0, 0]), int(nearest.pair[0, 1])))
 
 
 def _seconds(
-    turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: TableTurn, back: TravelWay, out: TravelWay
+    turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: TableTurn, back: TravelPath, out: TravelPath
 ) -> float:
     """How long it takes from one group to the next."""
     job = turns.job
-    there = way_time(job, back[0], before.ends.last.stop - 1, begins=False)
-    return there + float(turn.dt_s.sum()) + way_time(job, out[0], after.ends.first.first, begins=True)
+    there = home_travel_time(job, back[0], before.ends.last.stop - 1, begins=False)
+    return there + float(turn.dt_s.sum()) + home_travel_time(job, out[0], after.ends.first.first, begins=True)
 
 
-def _places(before: TurnEnd, after: TurnEnd, back: TravelWay, out: TravelWay) -> list[Floats]:
+def _places(before: TurnEnd, after: TurnEnd, back: TravelPath, out: TravelPath) -> list[Floats]:
     """Configurations on the way home, on the way from there, and between what both are once they are drawn back."""
     n = before.context.solver.chain.n
     places, drawn = [], []
@@ -165,9 +165,9 @@ def _places(before: TurnEnd, after: TurnEnd, back: TravelWay, out: TravelWay) ->
     return [*places, (drawn[0] + drawn[1]) / 2]
 
 
-def _ways(before: TurnEnd, after: TurnEnd, place: Floats) -> tuple[TravelWay, TravelWay] | None:
+def _ways(before: TurnEnd, after: TurnEnd, place: Floats) -> tuple[TravelPath, TravelPath] | None:
     """The ways to a place and on from it, both drawn back as far as the case asks for; None where one is not found."""
-    found: list[TravelWay] = []
+    found: list[TravelPath] = []
     for end, back in ((before, True), (after, False)):
         span = replace(end.context.span, end=place) if back else replace(end.context.span, start=place)
         context = replace(reduced_budget(end.context, to=1), span=span)

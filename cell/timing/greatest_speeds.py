@@ -66,7 +66,7 @@ def greatest_squares(paths: Sequence[GridBounds], max_acceleration: Floats) -> l
     slope, top = np.concatenate([path.slope for path in paths], axis=1), np.concatenate([path.top for path in paths])
     bend = np.concatenate([part for path in paths for part in (path.bend, straight)][:-1], axis=1)
     step = np.concatenate([part for path in paths for part in (path.step, one)][:-1])
-    steps = _Steps(slope, bend, step, max_acceleration)
+    steps = _StepBounds(slope, bend, step, max_acceleration)
     limit = np.minimum(top, np.append(steps.most(top[:-1]), np.inf))
     limit[ends - 1] = 0.0
     backwards = ends[-1] - np.append(0, ends[:-1])[::-1]
@@ -95,7 +95,7 @@ class _TwoLines:
     other_give: list[float]
 
 
-class _Steps:
+class _StepBounds:
     """The bounds of all steps, as far as they are asked for."""
 
     def __init__(self, slope: Floats, bend: Floats, step: Floats, max_acceleration: Floats) -> None:
@@ -160,9 +160,9 @@ class _Steps:
 
 
 class _Pass:
-    """The steps in the order in which they are gone through, with what can follow on each."""
+    """The steps in the order in which they are processed, with what can follow on each."""
 
-    def __init__(self, steps: _Steps, *, backwards: bool) -> None:
+    def __init__(self, steps: _StepBounds, *, backwards: bool) -> None:
         self._steps, self._backwards = steps, backwards
         order = slice(None, None, -1 if backwards else 1)
         self._rise, self._bent = steps.rise[order], steps.bent[order]

@@ -25,18 +25,13 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import counted
 from .blending import TRAVEL_ZONE, kept_zone, mirrored
 from .greatest_speeds import FLAT_SLOPE, GridBounds, greatest_squares
+from .time_grid import PER_ZONE, counting_corners, time_grid
 
-PER_ZONE = 4  # grid steps a zone
-MOST_STEPS = 200_000  # of a grid that is even; a finer one is fine about the samples and grows coarser between them
-GROWTH, EVEN_STEPS = 1.25, 16  # of the steps of such a grid; its pieces have at least so many
-REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
-FEW = 1000  # grid steps, up to which all pieces are gone through finely
+FEW = 1000  # grid steps, up to which all pieces are processed finely
 EVEN = 0.99  # of the square of the speed: where it is less beside more, the speed changes
 TOGETHER = 50_000  # grid steps of paths that are worked out together
-CORNER = 0.005  # share of a joint's acceleration that the rounding of a row has to take to count as a corner
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +159,7 @@ class _Path:
         with np.errstate(divide="ignore"):
             # the samples' own path has to keep the speeds as well, in which a short piece is not averaged with others
             fastest = np.minimum((max_speed / np.abs(raw)).min(axis=1), cap)
-        corners = _corners(s, raw, float(fastest.max()) ** 2 / (2 * zone * max_acceleration))
+        corners = counting_corners(s, raw, float(fastest.max()) ** 2 / (2 * zone * max_acceleration))
         return cls(q, s, zone, fastest, max_speed, max_acceleration, corners)
 
 
@@ -208,7 +203,7 @@ class _Timed:
 def _timed(paths: Sequence[_Path]) -> list[_Timed]:
     """The fastest laws of paths of the same joints."""
     uneven = _uneven(paths)
-    grids = [_grid(path.s, path.zone, path.corners, fine) for path, fine in zip(paths, uneven, strict=True)]
+    grids = [time_grid(path.s, path.zone, path.corners, fine) for path, fine in zip(paths, uneven, strict=True)]
     return _laws(paths, grids)
 
 
@@ -244,7 +239,7 @@ def _uneven(paths: Sequence[_Path]) -> list[NDArray[np.bool_]]:
     out = [np.ones(len(path.s) - 1, dtype=bool) for path in paths]
     many = [k for k, path in enumerate(paths) if path.s[-1] * PER_ZONE / path.zone + len(path.s) - 1 > FEW]
     some = [paths[k] for k in many]
-    grids = [_grid(path.s, path.zone, path.corners, ~out[k]) for k, path in zip(many, some, strict=True)]
+    grids = [time_grid(path.s, path.zone, path.corners, ~out[k]) for k, path in zip(many, some, strict=True)]
     for k, law in zip(many, _laws(some, grids), strict=True):
         x, first = law.x, np.searchsorted(law.grid, law.path.s)
         low, high = np.minimum.reduceat(x, first[:-1]), np.maximum.reduceat(x, first[:-1])
@@ -350,57 +345,6 @@ def time_travels(
     for (dt, moves), timed in zip(steps, _timed(paths), strict=True):
         dt[moves] = np.diff(timed.times(timed.path.s))
     return out
-
-
-def _corners(s: Floats, slope: Floats, share: Floats) -> Floats:
-    """Path lengths at which the path bends by so much that its rounding takes a share of an acceleration.
-
-    Args:
-        s: path length at each sample, (m,).
-        slope: of the pieces between, (m - 1, j).
-        share: of each joint's acceleration, by change of slope, (j,), at the greatest speed.
-    """
-    turn = np.abs(np.diff(slope, axis=0))
-    return s[1:-1][(np.where(turn > FLAT_SLOPE, turn, 0.0) * share > CORNER).any(axis=1)]
-
-
-def _grid(s: Floats, zone: float, corners: Floats, fine: NDArray[np.bool_]) -> Floats:
-    """Path lengths fine enough for the rounding of corners, finer still at the ends, where the path is at rest.
-
-    Args:
-        s: path length at each sample, (m,).
-        zone: over which corners are rounded.
-        corners: path lengths of those that count.
-        fine: pieces that are gone through finely, (m - 1,); of the others only the ends are looked at.
-    """
-    count = np.where(fine, np.maximum(np.ceil(np.diff(s) * PER_ZONE / zone), 1), 1).astype(np.int64)
-    if count.sum() > MOST_STEPS:
-        grid = np.append(np.concatenate([a + _graded(b - a, zone) for a, b in pairwise(s.tolist())]), s[-1])
-    else:
-        piece, k = counted(count)
-        grid = np.append(s[piece] + np.diff(s)[piece] * k / count[piece], s[-1])
-    halves = 0.5 ** np.arange(1, REST_STEPS + 1)
-    # where the rounding of a corner begins and ends, the acceleration jumps
-    mirrored_corners = np.concatenate([-corners, corners, 2 * s[-1] - corners])  # beyond the ends it goes on mirrored
-    edges = np.concatenate([mirrored_corners - zone, mirrored_corners + zone])
-    edges = edges[(edges > 0) & (edges < s[-1])]
-    fine = np.concatenate([grid, grid[1] * halves, s[-1] - (s[-1] - grid[-2]) * halves, edges])
-    fine.sort()
-    kept = fine[np.concatenate([[True], np.diff(fine) > FLAT_SLOPE * s[-1]])]
-    kept[-1] = s[-1]
-    return kept
-
-
-def _graded(length: float, zone: float) -> Floats:
-    """Places on a piece but its end: steps of a share of the zone at both ends, growing towards its middle."""
-    first = zone / PER_ZONE
-    most = max(length / EVEN_STEPS, first)
-    near = 3 * PER_ZONE  # steps before they grow
-    grown = int(np.ceil(np.log(most / first) / np.log(GROWTH)))
-    steps = np.concatenate([np.full(near, first), first * GROWTH ** np.arange(1, grown + 1), np.full(EVEN_STEPS, most)])
-    half = np.concatenate([[0.0], np.cumsum(steps)])
-    half = half[half < length / 2]
-    return np.concatenate([half, length - half[:0:-1]])
 
 
 def _blended(q: Floats, s: Floats, grid: Floats, zone: float) -> tuple[Floats, Floats]:

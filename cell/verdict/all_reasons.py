@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..failure import Failure, Kind, SearchEffort
-from ..planning.configurations import Nodes, evaluate
+from ..planning.configurations import Nodes, nodes_at_rolls
 from ..planning.context import Context
 from .result import Result
 
@@ -73,7 +73,7 @@ def _of_targets(context: Context, bad: list[int]) -> dict[int, list[Excluded]]:
     for first in range(0, len(bad), BLOCK):
         block = bad[first : first + BLOCK]
         here = context.placed.rows(block)
-        nodes = evaluate(context.solver, here, context.window, context.settings.roll_step, context.limits)
+        nodes = nodes_at_rolls(context.solver, here, context.window, context.settings.roll_step, context.limits)
         out.update({i: _of_target(context, nodes, k, i) for k, i in enumerate(block)})
     return out
 

@@ -16,8 +16,8 @@ from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
 from ..scene.scene import table_angles
 from ..table_poses.suited_poses import suited_poses, upright_poses
-from .check import SpanVerdict, standing_result
-from .group_verdicts import GroupVerdicts, Trial, place_of
+from .check import SpanVerdict, fixed_table_result
+from .group_verdicts import GroupTrial, GroupVerdicts, place_of
 from .indexed import unproved
 from .result import Result
 
@@ -30,7 +30,7 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
 
     Args:
         job: from ``cell.job.job.prepare``.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The verdict at the first pose that holds, of those that suit the part best; else at the one of those checked
@@ -44,8 +44,8 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
         poses = [(float(first[0]), float(first[1]))]
     home, verdicts = place_of(job.scene.start), GroupVerdicts(job, progress)
     asked = [np.round(np.rad2deg(pose), 6).tolist() for pose in poses[:CHECKS]]
-    trials = (Trial(whole, table_angles(job.scene, *degrees), home, home) for degrees in asked)
-    best: tuple[int, Trial, SpanVerdict] | None = None
+    trials = (GroupTrial(whole, table_angles(job.scene, *degrees), home, home) for degrees in asked)
+    best: tuple[int, GroupTrial, SpanVerdict] | None = None
     for some in verdicts.first_alone(trials):
         for trial in some:
             found = verdicts.of(trial)
@@ -58,5 +58,5 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
     assert best is not None
     _, trial, found = best
     E1_deg, E2_deg = np.round(np.rad2deg(trial.pose), 6).tolist()
-    result = standing_result(job, trial.context(job), (E1_deg, E2_deg), found)
+    result = fixed_table_result(job, trial.context(job), (E1_deg, E2_deg), found)
     return replace(result, rows=tuple(map(unproved, found.rows)), mode="best", seconds=processor_time() - begun)

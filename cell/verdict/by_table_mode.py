@@ -22,7 +22,7 @@ def check(
     E1_deg: float | None = None,
     E2_deg: float | None = None,
     *,
-    jobs: int = 1,
+    processes: int = 1,
     progress: Progress | None = None,
 ) -> Result:
     """Check every target, every bead and the travels between them, as ``rbam check`` does.
@@ -33,7 +33,7 @@ def check(
         job: from ``cell.prepare``.
         E1_deg: tilt of the table, deg; left out, as is ``E2_deg``: as the case asks.
         E2_deg: turn of the table, deg; a whole turn is added or subtracted if only that lies in the axis' range.
-        jobs: number of processes for a large part; the verdict does not depend on it. With more than one
+        processes: number of processes for a large part; the verdict does not depend on it. With more than one
             the calling script needs ``if __name__ == "__main__":``, as with ``multiprocessing``.
         progress: a function that is called with what is counted, how many are done, and of how many.
 
@@ -46,17 +46,17 @@ def check(
             line.
     """
     asked = _pose_of(job.case, E1_deg, E2_deg)
-    with working(jobs):
+    with working(processes):
         return _checked(job, progress) if asked is None else check_fixed(job, *asked, progress)
 
 
-def prepare_and_check(case: Case, progress: Progress | None = None, *, jobs: int = 1) -> Result:
+def prepare_and_check(case: Case, progress: Progress | None = None, *, processes: int = 1) -> Result:
     """Prepare and check a case: of a large part the processes begin while its cell is composed.
 
     Args:
         case: the case.
-        progress: told how far it is.
-        jobs: as of :func:`check`.
+        progress: called with how far it is.
+        processes: as of :func:`check`.
 
     Returns:
         The verdict.
@@ -64,7 +64,7 @@ def prepare_and_check(case: Case, progress: Progress | None = None, *, jobs: int
     Raises:
         InputError: as of ``cell.prepare`` and :func:`check`.
     """
-    with working(jobs):
+    with working(processes):
         return check(prepare(case), progress=progress)
 
 

@@ -3,11 +3,11 @@
     result = check_fixed(prepare(case), E1_deg, E2_deg)
     result.feasible, result.reasons, result.failures
 
-Of a large part that is lost not every target is looked at (``cell.planning.infeasible_part``): those are neither
+Of a large part that is lost not every target is checked (``cell.planning.infeasible_part``): those are neither
 feasible nor infeasible, and their number is ``result.not_looked_at``.
 
 "Feasible" is said of a motion that was followed and checked between the targets as well; a target that is not feasible
-carries the reason of its best candidate, and ``proved`` where every configuration it could have has been looked at.
+carries the reason of its best candidate, and ``proved`` where every configuration it could have has been checked.
 Radians and metres.
 """
 
@@ -20,7 +20,7 @@ import numpy as np
 from ik.chain import Floats
 from slicing import Code, Warning
 
-from ..collision.table import table_alone
+from ..collision.table_clearances import table_alone
 from ..failure import Contact, Failure, Kind
 from ..job.job import Job
 from ..job.overhang_check import unsupported_targets
@@ -37,7 +37,7 @@ from ..planning.travels.home import HomeTravels, SpanEnds, with_home
 from ..planning.travels.travel import STRAIGHT, straight_retracts
 from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from ..scene.scene import table_angles
 from ..units import METRES_PER_MM
 from .result import Result, TargetVerdict
@@ -56,7 +56,7 @@ def check_fixed(
         job: from ``cell.job.job.prepare``; what its case says of the table does not count.
         E1_deg: tilt of the table.
         E2_deg: turn of the table; a whole turn is added or subtracted if only that lies in the axis' range.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The verdict.
@@ -68,10 +68,10 @@ def check_fixed(
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     context = Context.of(job, table)
     found = check_span(job, context, off_upright(job, context.placed), progress)
-    return replace(standing_result(job, context, asked, found), seconds=processor_time() - begun)
+    return replace(fixed_table_result(job, context, asked, found), seconds=processor_time() - begun)
 
 
-def standing_result(job: Job, context: Context, asked: tuple[float, float], found: SpanVerdict) -> Result:
+def fixed_table_result(job: Job, context: Context, asked: tuple[float, float], found: SpanVerdict) -> Result:
     """The verdict on a part all of which is built at one pose of the table.
 
     Args:
@@ -94,7 +94,7 @@ def standing_result(job: Job, context: Context, asked: tuple[float, float], foun
     )
 
 
-def off_upright(job: Job, placed: Placed) -> Floats:
+def off_upright(job: Job, placed: PlacedTargets) -> Floats:
     """Angle between the deposition direction of placed targets and up, (n,), rad."""
     up = job.scene.T_world_base()[2, :3]
     return np.asarray(np.arccos(np.clip(placed.normal @ up, -1.0, 1.0)))
@@ -132,7 +132,7 @@ def check_span(
         job: the whole part.
         context: of the job at a pose.
         gravity: angle of every target of the part off upright, (n,), rad.
-        progress: told how far it is.
+        progress: called with how far it is.
         chunking: how a large part is cut for workers, whose number does not matter to what is found.
 
     Returns:
@@ -217,7 +217,7 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
         rows.update((i, failed(m.failure, i, m.attempt)) for i, m in bead.target_failures.items())
         rows.update((i, failed(failure, i, rows[i].q)) for i, failure in bead.edge_failures.items())
     rows.update((i, TargetVerdict(None, None, looked_at=False)) for bead in plan.beads for i in bead.open)
-    # at home the arm may be in the way whether the bead at its end was looked at or not
+    # at home the arm may be in the way whether the bead at its end was checked or not
     rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.travel_failures.items())
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:

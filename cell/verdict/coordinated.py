@@ -26,7 +26,7 @@ from ..job.job import Job
 from ..job.table_winding import freedom_of, upright_of
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
-from ..planning.configurations import evaluate
+from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
 from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
@@ -44,13 +44,13 @@ PLANNED_WHOLE = 3  # ways of the table that are planned whole
 
 
 @dataclass(frozen=True, eq=False)
-class _Trial:
+class _ScheduleTrial:
     """A way of the table, and what a look at it says.
 
     Attributes:
         way: of the table.
         blocked: targets at which the table itself is in the way.
-        lost: targets at which no configuration of the arm is free, of those looked at.
+        lost: targets at which no configuration of the arm is free, of those checked.
         seconds: that the table's slowest axis takes for the whole of it.
     """
 
@@ -66,7 +66,7 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
 
     Args:
         job: from ``cell.job.job.prepare``.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The verdict, of the first way of the table that holds, or of the one that loses least.
@@ -76,7 +76,7 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
     """
     begun = processor_time()
     least = freedom_of(job.case, job.scene).least_off(job.targets.normal)
-    best: tuple[_Trial, Context, SpanVerdict] | None = None
+    best: tuple[_ScheduleTrial, Context, SpanVerdict] | None = None
     for trial in _trials(job, impossible=bool((least > upright_of(job.case)).any())):
         context = Context.along(job, trial.way.tables)
         found = _judged(job, context, trial, least, progress)
@@ -107,10 +107,10 @@ def _infeasible(found: SpanVerdict) -> int:
     return sum(row.reason is not None for row in found.rows) if found.motion is None else -1
 
 
-def _trials(job: Job, *, impossible: bool) -> list[_Trial]:
+def _trials(job: Job, *, impossible: bool) -> list[_ScheduleTrial]:
     """Ways of the table worth planning, the most promising first; one where no way can keep it upright."""
     schedule = Schedule(freedom_of(job.case, job.scene), upright_of(job.case), job.drives.speed[-2:])
-    trials: list[_Trial] = []
+    trials: list[_ScheduleTrial] = []
     for side, aim in _aims(job, schedule):
         if aim is not None and any(not t.lost and not t.blocked for t in trials):
             break  # upright as it is
@@ -139,11 +139,11 @@ def _aims(job: Job, schedule: Schedule) -> Iterator[tuple[int, Floats | None]]:
             yield side, np.cos(lean) * up + np.sin(lean) * towards
 
 
-def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _Trial | None:
+def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _ScheduleTrial | None:
     """A way of the table with a first opinion on it."""
     t = job.targets
     length = np.linalg.norm(np.diff(t.position, axis=0), axis=1) * METRES_PER_MM
-    way = schedule.along(t.normal, t.path, length, side=side, aim=aim)
+    way = schedule.along(t.normal, t.bead, length, side=side, aim=aim)
     speed = schedule.speed
     seconds = (
         float((np.abs(np.diff(way.tables, axis=0)) / speed).max(axis=1).sum()) if np.isfinite(speed).all() else 0.0
@@ -151,12 +151,12 @@ def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _
     some = np.unique(np.linspace(0, len(t) - 1, COMPARED_TARGETS).round().astype(np.int64))
     blocked = len(table_in_the_way(job, way.tables))
     lost = len(some) if blocked else _lost(Context.along(job, way.tables), some)
-    return _Trial(way, blocked, lost, seconds)
+    return _ScheduleTrial(way, blocked, lost, seconds)
 
 
 def _lost(context: Context, some: Ints) -> int:
     """How many targets have no configuration that is free by itself."""
-    nodes = evaluate(
+    nodes = nodes_at_rolls(
         context.solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
     )
     lost = 0
@@ -174,7 +174,7 @@ def _lost(context: Context, some: Ints) -> int:
     return lost
 
 
-def _judged(job: Job, context: Context, trial: _Trial, least: Floats, progress: Progress | None) -> SpanVerdict:
+def _judged(job: Job, context: Context, trial: _ScheduleTrial, least: Floats, progress: Progress | None) -> SpanVerdict:
     """The verdict on one way of the table."""
     if trial.blocked:
         met = table_in_the_way(job, trial.way.tables)

@@ -16,10 +16,10 @@ from ..failure import (
     CollisionPlace,
     Contact,
     Failure,
+    FailurePlace,
     Kind,
     LaidLayer,
     OverhangArea,
-    Place,
     SlowdownCause,
     Where,
 )
@@ -103,7 +103,7 @@ def _hit(failure: Failure, contact: Contact) -> str:
     )
 
 
-def _way(place: Place) -> str:
+def _way(place: FailurePlace) -> str:
     """Which way does not hold, as the beginning of a sentence."""
     if place.at_home:
         return "the arm at home: "

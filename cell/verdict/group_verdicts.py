@@ -4,8 +4,8 @@
     verdicts.look_ahead(trials)               # where there are workers; else nothing is done until it is asked for
     verdicts.of(trial)                        # a SpanVerdict; None where the pose cannot serve
 
-A verdict depends on its trial alone, so that looking ahead changes nothing but the time: what was worked out in vain is
-not asked for. Radians and metres.
+A verdict depends on its trial alone, so that looking ahead changes nothing but the time: results that are not needed
+are left aside. Radians and metres.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from ..job.job import Job
 from ..job.table_groups import TableGroup
 from ..planning.context import Context, Span
 from ..processes.worker import Tick
-from ..progress import Progress, counted
-from ..table_poses.parallel_poses import pool_for
+from ..progress import Progress, counted_progress
+from ..table_poses.parallel_poses import pool_for_poses
 from ..table_poses.suited_poses import serves
 from ..table_poses.table_turn import Angles
 from .check import SpanVerdict, check_span, off_upright
@@ -33,7 +33,7 @@ Place = tuple[float, ...] | None
 
 
 @dataclass(frozen=True)
-class Trial:
+class GroupTrial:
     """A group at a pose of the table.
 
     Attributes:
@@ -69,18 +69,18 @@ class GroupVerdicts:
 
         Args:
             job: from ``cell.job.job.prepare``, its layers in the order in which they are built.
-            progress: told how far each is.
+            progress: called with how far each is.
         """
         self._job, self._progress = job, progress
-        self._known: dict[Trial, SpanVerdict | InputError | None] = {}
+        self._known: dict[GroupTrial, SpanVerdict | InputError | None] = {}
 
     @property
-    def jobs(self) -> int:
+    def processes(self) -> int:
         """Processes among which trials are shared out."""
-        return pool_for(self._job).jobs
+        return pool_for_poses(self._job).processes
 
-    def first_alone(self, trials: Iterable[Trial]) -> Iterator[Sequence[Trial]]:
-        """Trials of which one is wanted: the first by itself, then as many at once as there are workers, looked at.
+    def first_alone(self, trials: Iterable[GroupTrial]) -> Iterator[Sequence[GroupTrial]]:
+        """Trials of which one is wanted: the first by itself, then as many at once as there are workers, checked.
 
         Args:
             trials: the best first; taken only as far as they are asked for.
@@ -92,9 +92,9 @@ class GroupVerdicts:
         while some := list(islice(left, count)):
             self.look_ahead(some)
             yield some
-            count = self.jobs
+            count = self.processes
 
-    def of(self, trial: Trial) -> SpanVerdict | None:
+    def of(self, trial: GroupTrial) -> SpanVerdict | None:
         """The verdict on a trial.
 
         Args:
@@ -113,21 +113,23 @@ class GroupVerdicts:
             raise found
         return found
 
-    def look_ahead(self, trials: Iterable[Trial]) -> None:
+    def look_ahead(self, trials: Iterable[GroupTrial]) -> None:
         """Work out the verdicts on trials side by side, where there are workers and several to work out.
 
         Args:
             trials: that are likely to be asked for, the likeliest first.
         """
-        if self.jobs <= 1:
+        if self.processes <= 1:
             return
         new = [trial for trial in dict.fromkeys(trials) if trial not in self._known]
         if len(new) > 1:
-            with counted(self._progress, "table poses ahead", len(new)) as count:
-                self._known.update(zip(new, pool_for(self._job).run(_worked_out, self._job, new, count), strict=True))
+            with counted_progress(self._progress, "table poses ahead", len(new)) as count:
+                self._known.update(
+                    zip(new, pool_for_poses(self._job).run(_worked_out, self._job, new, count), strict=True)
+                )
 
 
-def _worked_out(job: Job, trial: Trial, tick: Tick) -> SpanVerdict | InputError | None:
+def _worked_out(job: Job, trial: GroupTrial, tick: Tick) -> SpanVerdict | InputError | None:
     """In a worker; an error counts only if the trial is asked for."""
     try:
         found: SpanVerdict | InputError | None = _verdict(job, trial, None)
@@ -137,7 +139,7 @@ def _worked_out(job: Job, trial: Trial, tick: Tick) -> SpanVerdict | InputError 
     return found
 
 
-def _verdict(job: Job, trial: Trial, progress: Progress | None) -> SpanVerdict | None:
+def _verdict(job: Job, trial: GroupTrial, progress: Progress | None) -> SpanVerdict | None:
     if trial.screened and not serves(job, trial.group, trial.pose):
         return None
     context = trial.context(job)

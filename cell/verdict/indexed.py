@@ -20,26 +20,26 @@ import numpy as np
 from ik.chain import Floats
 from ik.singularity import KINDS
 
-from ..collision.proofs.between_samples import least_on_the_way
+from ..collision.proofs.between_samples import least_between_samples
 from ..failure import Failure
 from ..job.build_order import LayerRun
 from ..job.job import Job
 from ..job.reordered import in_order
 from ..job.table_groups import TableGroup, table_groups
 from ..part_chunks.least_values import LeastValue
-from ..planning.assemble import with_ways
+from ..planning.assemble import with_home_travels
 from ..planning.context import Context
 from ..planning.travels.home import HomeTravels
 from ..processes.worker_pool import processor_time
-from ..progress import Progress, counted, phase
-from ..scene.placement import Placed
+from ..progress import Progress, counted_progress, phase
+from ..scene.placement import PlacedTargets
 from ..scene.scene import table_angles
 from ..table_poses.indexed_motion import joined_motion
 from ..table_poses.suited_poses import SuitedPose, upright_band
 from ..table_poses.table_turn import Angles, TableTurn, TurnSearch, nearest_turn, turn_time
-from ..table_poses.waiting_pose import CheckedWay, TurnEnd, nearer_place
+from ..table_poses.waiting_pose import CheckedTravel, TurnEnd, nearer_place
 from .check import SpanVerdict, failed, off_upright
-from .group_verdicts import GroupVerdicts, Trial, place_of
+from .group_verdicts import GroupTrial, GroupVerdicts, place_of
 from .order_search import OrderSearch
 from .result import BuiltAt, Result, TargetVerdict
 
@@ -60,7 +60,7 @@ class _Built:
         turn: the table's way there; None where it stands there already, or has none.
     """
 
-    trial: Trial
+    trial: GroupTrial
     context: Context
     found: SpanVerdict
     pose: Angles
@@ -78,7 +78,7 @@ def check_indexed(job: Job, progress: Progress | None = None) -> Result:
 
     Args:
         job: from ``cell.job.job.prepare``; its case's ``table.poses`` are taken, or searched where there are none.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The verdict; its job has the sub-volumes in the order in which they are built.
@@ -118,7 +118,7 @@ class _Build:
 
     def result(self) -> Result:
         """Build all groups and put what was found together."""
-        with counted(self.progress, "table poses", len(self.groups)) as count:
+        with counted_progress(self.progress, "table poses", len(self.groups)) as count:
             for group in self.groups:
                 self.built.append(self._best_of(group))
                 count()
@@ -165,7 +165,7 @@ class _Build:
         """Where the table stood for the groups built so far, E1, E2, rad."""
         return [one.trial.pose for one in self.built]
 
-    def _likely(self) -> Iterator[Trial]:
+    def _likely(self) -> Iterator[GroupTrial]:
         """The groups that are left, each at the pose that is tried first if those before it hold at theirs."""
         stood = self._stood_at
         for group in self.groups[len(self.built) :]:
@@ -173,7 +173,7 @@ class _Build:
             yield trial
             stood = [*stood, trial.pose]
 
-    def _trials(self, group: TableGroup, stood: Sequence[Angles]) -> Iterator[Trial]:
+    def _trials(self, group: TableGroup, stood: Sequence[Angles]) -> Iterator[GroupTrial]:
         """A group at the poses that are to be tried, the best first.
 
         Args:
@@ -187,7 +187,7 @@ class _Build:
         start = place if stood else home
         end = home if group is self.groups[-1] else place
         for pose in self._poses(group, stood):
-            yield Trial(group, pose, start, end, screened=group.pose is None)
+            yield GroupTrial(group, pose, start, end, screened=group.pose is None)
 
     def _poses(self, group: TableGroup, stood: Sequence[Angles]) -> Iterator[Angles]:
         """Poses to be tried, rad."""
@@ -207,13 +207,13 @@ class _Build:
             poses = [poses[k] for k in order]
         yield from dict.fromkeys([*again, *poses])
 
-    def _verdict(self, trial: Trial) -> SpanVerdict:
+    def _verdict(self, trial: GroupTrial) -> SpanVerdict:
         """The verdict on a trial that is not screened, or that is known to serve."""
         found = self.verdicts.of(trial)
         assert found is not None
         return found
 
-    def _at(self, trial: Trial, found: SpanVerdict) -> _Built:
+    def _at(self, trial: GroupTrial, found: SpanVerdict) -> _Built:
         """A trial and its verdict, with the table's way there."""
         group, pose = trial.group, trial.pose
         turn: TableTurn | None = None
@@ -232,7 +232,7 @@ class _Build:
             found = replace(found, rows=tuple(map(unproved, found.rows)))
         return _Built(trial, trial.context(self.job), found, asked, turn)
 
-    def _from_here(self, trial: Trial) -> Trial:
+    def _from_here(self, trial: GroupTrial) -> GroupTrial:
         """The same trial, come to from where the arm stands now and left to there."""
         place = place_of(self.place)
         start = place if self.built else trial.start
@@ -292,7 +292,7 @@ class _Build:
             if one.turn is None:
                 continue
             axes, laid = one.turn.axes, np.full(len(one.turn.looked_at), one.turn.deposits_laid)
-            _, nearest = least_on_the_way(self.turns.arm, self.turns.radius, axes, laid, one.turn.clearances)
+            _, nearest = least_between_samples(self.turns.arm, self.turns.radius, axes, laid, one.turn.clearances)
             if np.isfinite(nearest.distance[0]):
                 pair = tuple(self.job.scene.geom_name(int(g)) for g in nearest.pair[0])
                 found.append(LeastValue(float(nearest.distance[0]), one.group.first, pair))
@@ -312,7 +312,7 @@ def _turn_end(one: _Built) -> TurnEnd | None:
     return TurnEnd(one.context, found.ends, found.clearance.value)
 
 
-def _come_to(job: Job, one: _Built, out: CheckedWay | None, back: CheckedWay | None) -> _Built:
+def _come_to(job: Job, one: _Built, out: CheckedTravel | None, back: CheckedTravel | None) -> _Built:
     """A group that is come to, or left, on another way."""
     found, ends = one.found, one.found.ends
     assert found.motion is not None
@@ -323,18 +323,18 @@ def _come_to(job: Job, one: _Built, out: CheckedWay | None, back: CheckedWay | N
         if way is not None and np.isfinite(way.least):
             least.append(LeastValue(way.least, target, tuple(job.scene.geom_name(g) for g in way.pair)))
     ways = HomeTravels(ends.ways.out if out is None else out.way, ends.ways.back if back is None else back.way)
-    motion = with_ways(job, found.motion, *rows)
+    motion = with_home_travels(job, found.motion, *rows)
     clearance = min(least, key=lambda one: one.value, default=None)
     return replace(one, found=replace(found, motion=motion, clearance=clearance, ends=replace(ends, ways=ways)))
 
 
-def _placed(built: list[_Built]) -> Placed:
+def _placed(built: list[_Built]) -> PlacedTargets:
     """Every target where it stands when it is welded."""
     parts = [one.context.placed.rows(slice(one.group.first, one.group.stop)) for one in built]
     reference = tuple(
         np.concatenate([np.tile(part.reference[k], (len(part.position), 1)) for part in parts]) for k in (0, 1)
     )
-    return Placed(
+    return PlacedTargets(
         position=np.concatenate([part.position for part in parts]),
         normal=np.concatenate([part.normal for part in parts]),
         reference=(reference[0], reference[1]),

@@ -16,7 +16,7 @@ from ..job.table_section_check import BODY
 from ..processes.worker import Tick
 from ..table_poses.layer_order import shortest_order
 from ..table_poses.layer_precedence import locked_layers
-from ..table_poses.parallel_poses import pool_for
+from ..table_poses.parallel_poses import pool_for_poses
 from ..table_poses.suited_poses import SuitedPose, suited_poses, upright_poses
 from ..table_poses.table_turn import nearest_turn, turn_time
 from .result import Result
@@ -40,7 +40,7 @@ class OrderSearch:
         """Find poses, and the layers that lock others out at them."""
         self.job = job
         groups = {group.sub_volume: group for group in table_groups(job)}
-        found = pool_for(job).run(_suited, job, list(groups.values()))
+        found = pool_for_poses(job).run(_suited, job, list(groups.values()))
         self.suited = dict(zip(groups, found, strict=True))
         lost = any(not suited for suited in self.suited.values())
         for name, group in groups.items():
@@ -48,7 +48,7 @@ class OrderSearch:
                 poses, band = upright_poses(job, group)
                 self.suited[name] = [SuitedPose(int(band[0]), 0, (float(poses[0][0]), float(poses[0][1])))]
         best = [self.suited[name][0].pose if name in groups else None for name in job.targets.sub_volume]
-        # a part that is lost whatever comes first is not looked at for what locks out what
+        # a part that is lost whatever comes first is not checked for what locks out what
         self.needs = locked_layers(job, [None] * len(best) if lost else best)
         at = [pose or (0.0, 0.0) for pose in best]
         self.seconds = np.array([[turn_time(job, a, nearest_turn(job.scene, b, a)) for b in at] for a in at])

@@ -22,7 +22,7 @@ from ..job.job import Job
 from ..job.overhang_check import past_horizontal
 from ..motion.motion import Motion
 from ..part_chunks.least_values import LeastValue
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 
 NOT_LOOKED_AT = "not_looked_at"  # in place of a reason
 
@@ -32,10 +32,10 @@ class TargetVerdict:
     """The verdict on one target.
 
     Attributes:
-        failure: what is wrong with it or on the way to it; None where it is feasible or was not looked at.
+        failure: what is wrong with it or on the way to it; None where it is feasible or was not checked.
         q: the configuration it is welded in, (j,), rad; None where infeasible.
         attempt: the best attempt at an infeasible target, (j,), rad, if there is one.
-        looked_at: False if the target was not looked at, because the part cannot be built anyway.
+        looked_at: False if the target was not checked, because the part cannot be built anyway.
     """
 
     failure: Failure | None
@@ -128,7 +128,7 @@ class Result:
     job: Job
     asked: tuple[float, float]
     table: tuple[float, float]
-    placed: Placed
+    placed: PlacedTargets
     rows: tuple[TargetVerdict, ...]
     clearance: LeastValue | None
     singularity: LeastValue | None
@@ -159,7 +159,7 @@ class Result:
             if row.q is not None:
                 q[i] = row.q
         names = np.array(t.sub_volume)[t.sub_volume_index]
-        out: dict[str, Any] = {"target": np.arange(len(t)), "sub_volume": names, "layer": t.layer, "bead": t.path}
+        out: dict[str, Any] = {"target": np.arange(len(t)), "sub_volume": names, "layer": t.layer, "bead": t.bead}
         out |= {f"{axis}_mm": t.position[:, k] for k, axis in enumerate("xyz")}
         out |= {f"n{axis}": t.normal[:, k] for k, axis in enumerate("xyz")}
         out["thickness_mm"], out["speed_mm_s"] = t.thickness_mm, t.speed_mm_s
@@ -187,21 +187,21 @@ class Result:
 
     @property
     def infeasible(self) -> int:
-        """Number of targets that cannot be welded, of those that were looked at."""
+        """Number of targets that cannot be welded, of those that were checked."""
         return sum(row.failure is not None for row in self.rows)
 
     @property
     def looked_at(self) -> int:
-        """Number of targets that were looked at; all of them if the part is feasible."""
+        """Number of targets that were checked; all of them if the part is feasible."""
         return sum(row.looked_at for row in self.rows)
 
     @property
     def not_looked_at(self) -> int:
-        """Number of targets that were not looked at; above 0 only for a part that cannot be built."""
+        """Number of targets that were not checked; above 0 only for a part that cannot be built."""
         return len(self.rows) - self.looked_at
 
     @property
     def reasons(self) -> dict[str, int]:
-        """Number of infeasible targets by reason, of those that were looked at; 0 for reasons that do not occur."""
+        """Number of infeasible targets by reason, of those that were checked; 0 for reasons that do not occur."""
         count = Counter(row.reason for row in self.rows)
         return {reason: count[reason] for reason in REASONS}

@@ -20,10 +20,10 @@ from ..arrays import Ints
 from ..job.table_winding import upright_of
 from ..motion.motion import Motion
 from ..rigid import great_circle
-from ..scene.placement import Placed
+from ..scene.placement import PlacedTargets
 from .result import Result
 
-PLACES = np.linspace(0.0, 1.0, 9)  # between a target and the next at which the direction is looked at
+PLACES = np.linspace(0.0, 1.0, 9)  # between a target and the next at which the direction is checked
 STILL = np.deg2rad(0.01)  # a turn back by less is none
 NAMES = ("E1", "E2")
 
@@ -92,7 +92,7 @@ def table_use(result: Result) -> TableUse | None:
     if motion is None:
         return None
     job = result.job
-    off, weight, target = _along(result.placed, job.scene.T_world_base()[2, :3], job.targets.path)
+    off, weight, target = _along(result.placed, job.scene.T_world_base()[2, :3], job.targets.bead)
     limit = upright_of(job.case)
     worst = int(np.argmax(off))
     share, axis = _slowest(motion, job.drives.speed)
@@ -114,10 +114,10 @@ def _pair(values: Floats) -> tuple[float, float]:
     return float(values[0]), float(values[1])
 
 
-def _along(placed: Placed, up: Floats, path: Ints) -> tuple[Floats, Floats, Ints]:
+def _along(placed: PlacedTargets, up: Floats, bead_of_target: Ints) -> tuple[Floats, Floats, Ints]:
     """Angle off up at places along the beads, the length that each stands for, and the target before it."""
     bead = placed.bead
-    on = np.flatnonzero(np.diff(path) == 0)
+    on = np.flatnonzero(np.diff(bead_of_target) == 0)
     length = np.linalg.norm(bead.position[on + 1] - bead.position[on], axis=1)
     share = np.full(len(PLACES), 1.0 / (len(PLACES) - 1))
     share[[0, -1]] /= 2

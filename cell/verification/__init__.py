@@ -1,6 +1,6 @@
 """The judge of a motion, whoever planned it. It never imports `cell.planning`.
 
 Modules: ``motion_check`` (the verdict), ``bead_order`` (rows against beads), ``bead_samples`` (wire and bead between
-rows), ``arm_clearances`` (the arm's clearances on all of a motion), ``blended_motion`` (rounded corners),
-``collisions`` (what a motion collides with).
+rows), ``drive_use`` (speeds and accelerations of the axes), ``arm_clearances`` (the arm's clearances on all of a
+motion), ``blended_motion`` (rounded corners), ``collisions`` (what a motion collides with).
 """

@@ -1,9 +1,9 @@
 """The arm's clearances on all of a motion: at samples, between them, and where its corners are rounded.
 
-    seen = arm_on_the_way(job, way, deposits_laid, runs)            # runs: stretches of samples without a stop
-    at, nearest = nearest_on_the_way(job, way, deposits_laid, seen.clear, runs)
+    seen = arm_along_motion(job, way, deposits_laid, runs)            # runs: stretches of samples without a stop
+    at, nearest = nearest_along_motion(job, way, deposits_laid, seen.clear, runs)
 
-A long motion is cut into pieces where it stops, by its samples alone, and the pieces are looked at side by side where
+A long motion is cut into pieces where it stops, by its samples alone, and the pieces are checked side by side where
 there are workers: what is found does not depend on how many there are. Radians and metres.
 """
 
@@ -18,12 +18,12 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..collision.blended_corners import cut_corners
+from ..collision.blended_paths import BlendedPath
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
-from ..collision.proofs.between_samples import least_on_the_way, unproven_steps
+from ..collision.proofs.between_samples import least_between_samples, unproven_steps
 from ..collision.proofs.reach_radii import all_radii
-from ..collision.rounded_paths import BlendedPath
-from ..collision.table import with_table_axes
+from ..collision.table_clearances import with_table_axes
 from ..job.job import Job
 from ..processes.worker import Tick
 from ..processes.worker_pool import pool
@@ -81,7 +81,7 @@ class ArmSeen:
 
 @dataclass(frozen=True, eq=False)
 class _MotionPiece:
-    """Samples that are looked at by one process; its runs' are counted from its first one on."""
+    """Samples that are checked by one process; its runs' are counted from its first one on."""
 
     first: int
     q: Floats
@@ -89,8 +89,8 @@ class _MotionPiece:
     runs: tuple[SampledRun, ...]
 
 
-def arm_on_the_way(job: Job, way: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
-    """Look at the arm on all of a motion.
+def arm_along_motion(job: Job, way: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
+    """Check the arm on all of a motion.
 
     Args:
         job: the job.
@@ -113,10 +113,10 @@ def arm_on_the_way(job: Job, way: SampledMotion, deposits_laid: Ints, runs: Sequ
     )
 
 
-def nearest_on_the_way(
+def nearest_along_motion(
     job: Job, way: SampledMotion, deposits_laid: Ints, clear: Clearances, runs: Sequence[SampledRun]
 ) -> tuple[int, Clearances]:
-    """How near a motion comes to anything, as of ``cell.collision.proofs.between_samples.least_on_the_way``.
+    """How near a motion comes to anything, as of ``cell.collision.proofs.between_samples.least_between_samples``.
 
     Args:
         job: the job.
@@ -175,7 +175,7 @@ def _looked_at(job: Job, piece: _MotionPiece, tick: Tick) -> ArmSeen:
 
 def _nearest(job: Job, item: tuple[_MotionPiece, Clearances, float], tick: Tick) -> tuple[int, Clearances]:
     piece, clear, known = item
-    found = least_on_the_way(
+    found = least_between_samples(
         _checker(job, piece.q), all_radii(job.scene), piece.q, piece.deposits_laid, clear, known=known
     )
     tick()

@@ -16,7 +16,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..failure import IN_ROWS, BeadOrder, Failure, Kind, Place, SlowdownCause, Where
+from ..failure import IN_ROWS, BeadOrder, Failure, FailurePlace, Kind, SlowdownCause, Where
 from ..job.job import Job, speeds
 from ..motion.deposition_speed import HeldSpeed, note_stretches, over_stretches, too_slow
 from ..motion.motion import JUMP, Motion
@@ -173,7 +173,7 @@ def skips(way: SampledMotion, on: OnBead, bead: Ints) -> list[Finding]:
 def _weld(job: Job, motion: Motion, progress: Floats, rows: Ints, welded: np.ndarray, held_speed: HeldSpeed) -> None:
     """Note which targets of a block's bead it passes, and when."""
     t = job.targets
-    mine = np.flatnonzero(t.path == motion.bead[rows[0]])
+    mine = np.flatnonzero(t.bead == motion.bead[rows[0]])
     along = along_beads(job)[mine]
     s, near = np.maximum.accumulate(progress[rows]), _tolerance(job)
     passed = (along >= s[0] - near) & (along <= s[-1] + near)
@@ -224,7 +224,7 @@ def _left_out(job: Job, welded: np.ndarray, end: int) -> list[Finding]:
     if not len(missing):
         return []
     groups = np.split(missing, np.flatnonzero(np.diff(missing) > 1) + 1)
-    places = [Place(Where.ROWS, target=int(g[0]), to_target=int(g[-1])) for g in groups]
+    places = [FailurePlace(Where.ROWS, target=int(g[0]), to_target=int(g[-1])) for g in groups]
     return [Finding(Failure(Kind.NOT_WELDED, place=place), end, end) for place in places]
 
 
@@ -236,7 +236,7 @@ def _speed_findings(job: Job, motion: Motion, held_speed: HeldSpeed) -> list[Fin
     def note(i: int, failure: Failure) -> None:
         rows = np.flatnonzero(welding & (motion.target == i))
         a, b = (int(rows[0]), int(rows[-1])) if len(rows) else (0, 0)
-        found.append(Finding(replace(failure, axis="", place=Place(Where.ROWS, from_target=i)), a, b))
+        found.append(Finding(replace(failure, axis="", place=FailurePlace(Where.ROWS, from_target=i)), a, b))
 
     for target, slow in too_slow(held_speed, job.case.process.least_speed_share, SHARE_SLACK).items():
         note(target - 1, slow)

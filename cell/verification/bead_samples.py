@@ -95,7 +95,7 @@ def dense(
     count = np.maximum(np.ceil(np.maximum(away, turn) - 1e-9), 1).astype(np.int64)
     step = np.flatnonzero(which)
     if count[step].sum() > most:
-        raise InputError(f"the motion is too long: it takes {count[step].sum()} samples, {most} are looked at")
+        raise InputError(f"the motion is too long: it takes {count[step].sum()} samples, at most {most} are checked")
     last = step[~np.isin(step + 1, step)]
     row = np.repeat(step, count[step])
     k = np.arange(len(row)) - np.repeat(np.cumsum(count[step]) - count[step], count[step])
@@ -136,8 +136,8 @@ def along_beads(job: Job) -> Floats:
     t = job.targets
     step = np.linalg.norm(np.diff(t.position, axis=0), axis=1) * METRES_PER_MM
     total = np.concatenate([[0.0], np.cumsum(step)])
-    first = np.flatnonzero(np.diff(t.path, prepend=-1))
-    out: Floats = total - total[first][t.path]
+    first = np.flatnonzero(np.diff(t.bead, prepend=-1))
+    out: Floats = total - total[first][t.bead]
     return out
 
 
@@ -162,7 +162,7 @@ def against_beads(job: Job, way: SampledMotion, target: Ints) -> OnBead:
     named_score, named_progress = best, progress
     for shift in (0, -1, 1):
         e = np.clip(target + shift, 0, len(t) - 2)
-        mine = (t.path[e] == t.path[target]) & (t.path[e + 1] == t.path[target])
+        mine = (t.bead[e] == t.bead[target]) & (t.bead[e + 1] == t.bead[target])
         chord = p[e + 1] - p[e]
         s = np.clip(((x - p[e]) * chord).sum(axis=1) / np.maximum((chord**2).sum(axis=1), 1e-30), 0.0, 1.0)
         away = np.linalg.norm(x - p[e] - s[:, None] * chord, axis=1)

@@ -22,10 +22,10 @@ from ..arrays import Ints
 from ..collision.blended_corners import cut_corners
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.reach_radii import table_radii
-from ..collision.table import TableChecker
+from ..collision.table_clearances import TableChecker
 from ..failure import CollisionPlace
 from ..job.job import Job
-from ..motion.motion import STANDING
+from ..motion.motion import NO_MOVE
 from ..motion.motion_file import ReadMotion
 from ..scene.scene import Scene
 from ..timing.blending import TRAVEL_ZONE, blended
@@ -45,7 +45,7 @@ def _runs(job: Job, read: ReadMotion, rows: SampledMotion) -> Iterator[tuple[int
     away = np.linalg.norm(np.diff(rows.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
     way = np.where(motion.welding, away, np.linalg.norm(np.diff(rows.q, axis=0), axis=1))
     zones = {True: job.case.process.blend_mm * METRES_PER_MM, False: TRAVEL_ZONE}
-    kind = np.where(way <= STANDING, -1, motion.welding)
+    kind = np.where(way <= NO_MOVE, -1, motion.welding)
     starts = np.flatnonzero(np.diff(kind, prepend=-2))
     for a, b in zip(starts.tolist(), [*starts[1:].tolist(), len(kind)], strict=True):
         if kind[a] >= 0 and b - a > 1:
@@ -53,7 +53,7 @@ def _runs(job: Job, read: ReadMotion, rows: SampledMotion) -> Iterator[tuple[int
 
 
 @dataclass(frozen=True, eq=False)
-class RoundedRows:
+class SampledBlends:
     """Rows of a motion with its corners rounded.
 
     Attributes:
@@ -68,7 +68,7 @@ class RoundedRows:
     drift: Floats
 
 
-def blended_rows(job: Job, read: ReadMotion, rows: SampledMotion) -> RoundedRows:
+def blended_rows(job: Job, read: ReadMotion, rows: SampledMotion) -> SampledBlends:
     """Rows where they come to lie once corners are rounded.
 
     Args:
@@ -85,7 +85,7 @@ def blended_rows(job: Job, read: ReadMotion, rows: SampledMotion) -> RoundedRows
         lever += table_radii(job.scene).sum()
         welding = np.append(read.motion.welding, False) | np.append(False, read.motion.welding)
         drift = read.grain[1] * np.where(welding, lever, np.sqrt(q.shape[1]))
-    return RoundedRows(q, np.concatenate([[0.0], np.cumsum(steps)]), drift)
+    return SampledBlends(q, np.concatenate([[0.0], np.cumsum(steps)]), drift)
 
 
 def blend_collisions(job: Job, runs: Sequence[SampledRun], seen: ArmSeen) -> list[Finding]:

@@ -21,12 +21,12 @@ from ..collision.checker import NEVER, Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.between_samples import unproven_steps
 from ..collision.proofs.reach_radii import all_radii, table_radii
-from ..collision.table import TableChecker, with_table_axes
+from ..collision.table_clearances import TableChecker, with_table_axes
 from ..collision.wire import WIRE_REACH, wire_scene
 from ..failure import IN_ROWS, CollisionPlace, Contact, Failure, Kind
 from ..job.job import Job
 from ..job.wire_in_metal import Metal, wire_failure, wire_size, wires_at
-from ..motion.motion import STANDING, Motion
+from ..motion.motion import NO_MOVE, Motion
 from ..scene.scene import Scene
 from ..units import METRES_PER_MM
 from .arm_clearances import ArmSeen
@@ -152,7 +152,7 @@ def _across(job: Job, motion: Motion, way: SampledMotion) -> NDArray[np.bool_]:
     """Samples with the arc off that are off the bead just welded, and not yet at the next one."""
     # out of the layer just laid at least, which stands about its tip
     layer = float(job.targets.thickness_mm.max(initial=0.0)) + OUT_MM
-    near = max(job.case.process.retract_mm, layer) * METRES_PER_MM + STANDING
+    near = max(job.case.process.retract_mm, layer) * METRES_PER_MM + NO_MOVE
     off = ~motion.welding[way.row]
     out = off.copy()
     p = way.Ts_part_tcp[:, :3, 3]
@@ -176,7 +176,7 @@ def table_collisions(job: Job, way: SampledMotion, deposits_laid: Ints) -> list[
         deposits_laid: from :func:`deposits_laid_at`, (m,).
 
     Returns:
-        What was found; nothing is looked at twice at one pose of the table.
+        What was found; nothing is checked twice at one pose of the table.
     """
     scene = job.scene
     checker = TableChecker(scene, CLEARANCE_REACH)

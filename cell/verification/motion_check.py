@@ -9,7 +9,6 @@ data: stretches of rows with a reason and the worst measure on them. Radians, me
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,18 +26,14 @@ from ..motion.given_motion import given
 from ..motion.motion import Motion
 from ..motion.motion_file import ReadMotion
 from ..units import MARGIN_UNITS, METRES_PER_MM
-from .arm_clearances import arm_on_the_way, nearest_on_the_way
+from .arm_clearances import arm_along_motion, nearest_along_motion
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, SampledMotion, against_beads, dense, rows_of
-from .blended_motion import RoundedRows, blend_collisions, blended_rows, sampled_runs, table_blend_collisions
+from .blended_motion import blend_collisions, sampled_runs, table_blend_collisions
 from .collisions import collisions, deposits_laid_at, stretches_of
+from .drive_use import acceleration_use, degrees, drive_findings, speed_use
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
-SPEED_SLACK = 1.001
-ACCELERATION_SLACK = 1.02
-WINDOWS = (0.0, 0.005, 0.01, 0.02, 0.05)  # s to either side over which accelerations are measured; 0: from row to row
-SHORTEST = 1e-9  # path length, m or rad: next to nothing
-MOST_DRIFT = 0.01  # share of a speed that is put down to lengths worked out of rounded angles
 ROLL_SLACK = np.deg2rad(0.05)
 
 
@@ -107,7 +102,7 @@ def _judged(job: Job, read: ReadMotion) -> MotionResult:
         return _check_in_the_cell(job, read)
     motion = read.motion
     rows = rows_of(job, motion)
-    use = np.stack([_speed_use(job, motion), _acceleration_use(job, read, rows)])
+    use = np.stack([speed_use(job, motion), acceleration_use(job, read, rows)])
     fine = dense(job, motion, rows, FINE, motion.welding)
     on = against_beads(job, fine, motion.target[fine.row])
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
@@ -116,7 +111,7 @@ def _judged(job: Job, read: ReadMotion) -> MotionResult:
     order = order_findings(job, motion, against_beads(job, rows, motion.target).progress)
     findings = [
         *_limit_findings(job, motion, rows.q),
-        *_drive_findings(job, use),
+        *drive_findings(job, use),
         *_bead_findings(job, fine, on),
         *_singular_findings(job, fine, margin),
         *hits,
@@ -147,14 +142,14 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
     """Hold a motion against a cell without a part: everything but what asks for beads."""
     motion = read.motion
     rows = rows_of(job, motion)
-    use = np.stack([_speed_use(job, motion), _acceleration_use(job, read, rows)])
+    use = np.stack([speed_use(job, motion), acceleration_use(job, read, rows)])
     fine = dense(job, motion, rows, FINE, motion.welding)
     margin = margins(job.scene.chain, job.solver.geometry, fine.q[:, : job.scene.chain.n])
     coarse = dense(job, motion, rows, COARSE, np.ones(len(motion.t_s) - 1, dtype=bool))
     hits, clearance = _in_the_way(job, read, rows, coarse)
     found = [
         *_limit_findings(job, motion, rows.q),
-        *_drive_findings(job, use),
+        *drive_findings(job, use),
         *_singular_findings(job, fine, margin),
         *hits,
     ]
@@ -183,89 +178,16 @@ def _most(values: Floats, way: SampledMotion, read: ReadMotion) -> tuple[float, 
     return float(values[k]), int(read.row[way.row[k]])
 
 
-def _deg(angle: float, digits: int = 3) -> float:
-    return round(float(np.rad2deg(angle)), digits)
-
-
 def _limit_findings(job: Job, motion: Motion, q: Floats) -> list[Finding]:
     chain, table = job.scene.chain, job.scene.table_range
     lower, upper = np.concatenate([chain.lower, table[:, 0]]), np.concatenate([chain.upper, table[:, 1]])
     over = np.maximum(lower - q, q - upper)
     row = np.arange(len(q))
     return [
-        Finding(Failure(Kind.JOINT_LIMIT, measure=_deg(over[k, j]), axis=name, place=IN_ROWS), a, b)
+        Finding(Failure(Kind.JOINT_LIMIT, measure=degrees(over[k, j]), axis=name, place=IN_ROWS), a, b)
         for j, name in enumerate(job.drives.names)
         for a, b, k in stretches_of(over[:, j] > SLACK, row, over[:, j])
     ]
-
-
-def _axes(motion: Motion) -> Floats:
-    return np.concatenate([motion.q, motion.table], axis=1)
-
-
-def _speed_use(job: Job, motion: Motion) -> Floats:
-    """Share of its speed that each axis needs from row to row, (m, j + 2)."""
-    speed = np.abs(np.diff(_axes(motion), axis=0)) / np.diff(motion.t_s)[:, None] / job.drives.speed
-    return np.concatenate([speed, np.zeros((1, speed.shape[1]))])
-
-
-def _acceleration_use(job: Job, read: ReadMotion, rows: SampledMotion, windows: Sequence[float] = WINDOWS) -> Floats:
-    """Share of its acceleration that each axis needs about each row, (m, j + 2).
-
-    Of the motion with its corners rounded: second differences, which are means of the accelerations in them. From row
-    to row they hide no spike, but the rounding of a file's digits can be all they show: what it can be at most is taken
-    off, which over longer ones is little. Before its first row and after its last the motion is at rest.
-    """
-    smooth = _second_differences(blended_rows(job, read, rows), read, windows)
-    # where a motion comes to rest in a corner nothing is rounded: over few rows the rows themselves say more
-    axes = _axes(read.motion)
-    plain = _second_differences(RoundedRows(axes, np.zeros(len(axes)), np.zeros(len(axes))), read, windows)
-    plain[-1] = np.inf
-    shares: Floats = np.minimum(smooth, plain).max(axis=0) / job.drives.acceleration
-    return shares
-
-
-def _second_differences(rows: RoundedRows, read: ReadMotion, windows: Sequence[float]) -> Floats:
-    """Mean accelerations about each row over windows (s to either side; 0: from row to row), (w, m, j), at least."""
-    t, (time, angle) = read.motion.t_s, read.grain
-    q, drift = rows.q, rows.drift[:, None]
-    length = np.concatenate([rows.length[[0, 0]], rows.length, rows.length[[-1, -1]]])
-    before, after, longest = float(t[1] - t[0]), float(t[-1] - t[-2]), max(windows)
-    q = np.concatenate([q[[0, 0]], q, q[[-1, -1]]])
-    t = np.concatenate([t[0] - [before + longest, before], t, t[-1] + [after, after + longest]])
-    i = np.arange(2, len(t) - 2)
-    out = np.empty((len(windows), len(i), q.shape[1]))
-    for k, window in enumerate(windows):
-        a = np.clip(np.searchsorted(t, t[i] - window, side="right") - 1, 0, i - 1)
-        b = np.clip(np.searchsorted(t, t[i] + window), i + 1, len(t) - 1)
-        to, since, both = ((t[x] - t[y])[:, None] for x, y in ((b, i), (i, a), (b, a)))
-        ahead, behind = (q[b] - q[i]) / to, (q[i] - q[a]) / since
-        mean = np.abs(ahead - behind) / (both / 2)
-        # less what the rounding of the file's digits can make of it: of angles, of times, and of the lengths over which
-        # corners are rounded, which come from angles
-        before_s, after_s = (
-            time + wait * np.minimum(drift / np.maximum(length[x] - length[y], SHORTEST)[:, None], MOST_DRIFT)
-            for x, y, wait in ((i, a, since), (b, i, to))
-        )
-        blur = (angle + np.abs(ahead) * after_s) / to + (angle + np.abs(behind) * before_s) / since
-        out[k] = np.maximum(mean * (1 - time / both) - blur / (both / 2), 0.0)
-    return out
-
-
-def _drive_findings(job: Job, use: Floats) -> list[Finding]:
-    """Axes that would have to be faster than they are."""
-    drives, row = job.drives, np.arange(use.shape[1])
-    found = []
-    for share, kind, limit, slack in (
-        (use[0], Kind.DRIVE_SPEED, drives.speed, SPEED_SLACK),
-        (use[1], Kind.DRIVE_ACCELERATION, drives.acceleration, ACCELERATION_SLACK),
-    ):
-        for j, name in enumerate(drives.names):
-            for a, b, k in stretches_of(share[:, j] > slack, row, share[:, j]):
-                most = float(limit[j])
-                failure = Failure(kind, _deg(share[k, j] * most), _deg(most), axis=name, place=IN_ROWS)
-                found.append(Finding(failure, a, b))
-    return found
 
 
 def _bead_findings(job: Job, way: SampledMotion, on: OnBead) -> list[Finding]:
@@ -367,11 +289,11 @@ def _in_the_way(
     """What a motion collides with, and the nearest the arm comes to anything, with the row and the pair."""
     deposits_laid = deposits_laid_at(job, read.motion, way.row)
     runs = list(sampled_runs(job, read, rows, way))
-    seen = arm_on_the_way(job, way, deposits_laid, runs)
+    seen = arm_along_motion(job, way, deposits_laid, runs)
     hits = collisions(job, read.motion, way, deposits_laid, seen)
     hits += blend_collisions(job, runs, seen)
     hits += table_blend_collisions(job, runs, way, deposits_laid)
-    return hits, _nearest(job, read, way, nearest_on_the_way(job, way, deposits_laid, seen.clear, runs))
+    return hits, _nearest(job, read, way, nearest_along_motion(job, way, deposits_laid, seen.clear, runs))
 
 
 def _nearest(

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from .camera import camera, middle, still
+from .camera import camera, still, target_to_show
 from .player import Player
 from .stage_scene import VISIBLE, StagedScene
 
@@ -74,7 +74,7 @@ class BrowserStage:
     def _look(self, viewer: Any) -> None:
         torch = self.player.view == "torch"
         result = self.staged.result
-        self.staged.pose(self.player.frame() if torch else still(result, middle(result)))
+        self.staged.pose(self.player.frame() if torch else still(result, target_to_show(result)))
         best = camera(self.staged, self.player.view, ASPECT)
         viewer.camera.lookat[:] = best.lookat
         viewer.camera.distance, viewer.camera.azimuth = best.distance, best.azimuth

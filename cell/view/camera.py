@@ -15,7 +15,7 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..scene.composition import Piece
+from ..scene.composition import BodyOwner
 from .stage_scene import FOVY, VISIBLE, Frame, StagedScene
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _fitted(points: Floats, azimuth: float, elevation: float, aspect: float) -> 
 def _cell_points(staged: StagedScene) -> Floats:
     """Corners of all that is shown, but for the floor and what stands around."""
     m, d = staged.model, staged.data
-    fixture = staged.scene.piece_of_geom == Piece.FIXTURE
+    fixture = staged.scene.piece_of_geom == BodyOwner.FIXTURE
     solid = (VISIBLE[m.geom_group] == 1) & (m.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
     signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, 8).T
     corners = [
@@ -155,7 +155,7 @@ def still(result: Result, target: int) -> Frame:
     return Frame(q, table, target, float(target), pair=pair, marks=bad, arrow=bad)
 
 
-def middle(result: Result) -> int:
+def target_to_show(result: Result) -> int:
     """The target halfway through the motion, or the first infeasible one, best with an attempt."""
     if result.motion is not None:
         return int(result.motion.target[np.searchsorted(result.motion.t_s, result.motion.t_s[-1] / 2)])

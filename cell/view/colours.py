@@ -66,7 +66,7 @@ def target_colours(result: Result, by: Colouring) -> tuple[Floats, str]:
         return layer_colours(result.job), "layer: dark is first"
     if by == "verdict":
         colour = {"feasible": GREEN, "infeasible": RED, NOT_LOOKED_AT: GREY}
-        open_ = ", grey not looked at" if result.not_looked_at else ""
+        open_ = ", grey not checked" if result.not_looked_at else ""
         return np.array([colour[row.verdict] for row in result.rows]), f"verdict: green feasible, red not{open_}"
     low, high = float(t.thickness_mm.min()), float(t.thickness_mm.max())
     if high - low < SAME_THICKNESS_MM:

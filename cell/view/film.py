@@ -18,9 +18,9 @@ import numpy as np
 
 from ..atomic_files import beside, check_writable
 from ..errors import InputError
-from ..progress import Progress, counted, phase
+from ..progress import Progress, counted_progress, phase
 from .camera import View, camera
-from .picture import Canvas, Pixels, require_gl, require_size
+from .picture import Canvas, Pixels, require_gl, require_picture_size
 from .player import Player
 from .stage_scene import Frame, StagedScene
 
@@ -76,7 +76,7 @@ def parse_size(text: str) -> tuple[int, int]:
     width, _, height = text.lower().partition("x")
     if not (width.isdecimal() and height.isdecimal()):
         raise InputError(f"--size: {text!r} is not WIDTHxHEIGHT, as 1280x720")
-    require_size(int(width), int(height))
+    require_picture_size(int(width), int(height))
     return int(width), int(height)
 
 
@@ -100,7 +100,7 @@ def film_format(path: str | Path, size: tuple[int, int] | None = None, fps: floa
         raise InputError(f"{path}: a film is .mp4 or .gif")
     check_writable(path)
     width, height = size or SIZE[kind]
-    require_size(width, height)
+    require_picture_size(width, height)
     if kind == ".mp4" and (width % 2 or height % 2):
         raise InputError(f"size {width}x{height}: mp4 needs an even width and height")
     fps = FPS[kind] if fps is None else fps
@@ -135,7 +135,7 @@ def film(
         speed: seconds of motion per second of film.
         view: "cell" for the whole cell, "torch" for torch and part.
         colour: what the beads' colours show.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         How many frames it has; its length is that over the frame rate.
@@ -156,7 +156,7 @@ def film(
     staged.colour(colour)
     look = camera(staged, view, form.width / form.height, _moments(player))
     canvas = Canvas(staged, form.width, form.height, view)
-    with canvas, counted(progress, "frames", count) as written, beside(path) as file:
+    with canvas, counted_progress(progress, "frames", count) as written, beside(path) as file:
         frames = (canvas.render(frame, look) for frame in _frames(player, count, form.fps))
         _WRITERS[form.kind](file, _counted(frames, written), form, count)
     return count

@@ -124,14 +124,14 @@ def body_of(part: PartInput) -> Mesh | None:
     """
     if part.body_mesh is not None or part.profile is None:
         return part.body_mesh
-    from slicing import turned
+    from slicing import solid_of_revolution
 
     body = part.round_body or part.bodies[0]
-    return turned(body.axis_xy_mm, part.profile)
+    return solid_of_revolution(body.axis_xy_mm, part.profile)
 
 
 @dataclass(frozen=True, eq=False)
-class _Line:
+class _DrawnBead:
     """A bead to be drawn: layer, middles (k, 3) and thicknesses (k,), mm, and where it overhangs (k,)."""
 
     layer: int
@@ -140,7 +140,7 @@ class _Line:
     hanging: Bools
 
 
-def _beads(s: SlicedSubVolume) -> list[_Line]:
+def _beads(s: SlicedSubVolume) -> list[_DrawnBead]:
     """The borders of a sub-volume's layers as beads."""
     return [
         _line(s, layer.index, np.concatenate([curve.points, curve.points[:1]]) if curve.closed else curve.points)
@@ -149,7 +149,7 @@ def _beads(s: SlicedSubVolume) -> list[_Line]:
     ]
 
 
-def _laid_beads(laid: LaidSubVolume) -> list[_Line]:
+def _laid_beads(laid: LaidSubVolume) -> list[_DrawnBead]:
     """The beads of a sub-volume."""
     found = []
     for bead in laid.beads:
@@ -171,14 +171,14 @@ def _finer(points: Floats, gained: Floats) -> tuple[Floats, Floats]:
 
 def _line(
     s: SlicedSubVolume, layer: int, points: Floats, gained: Floats | float = 0.0, over: Overhang | None = None
-) -> _Line:
+) -> _DrawnBead:
     thickness = np.maximum(s.thickness_at(layer, points) + gained, 0.0)
     hanging = np.zeros(len(points), dtype=bool) if over is None else over.holds(points)
     middles = points + s.layers[layer].surface.normals(points) * thickness[:, None] / 2
-    return _Line(layer, middles, thickness, hanging)
+    return _DrawnBead(layer, middles, thickness, hanging)
 
 
-def _scale(sliced: Sequence[SlicedSubVolume], beads: Sequence[list[_Line]], colour: By) -> _Scale:
+def _scale(sliced: Sequence[SlicedSubVolume], beads: Sequence[list[_DrawnBead]], colour: By) -> _Scale:
     hanging = any(bool(line.hanging.any()) for some in beads for line in some)
     if colour == "layer":
         last = float(max(1, *(len(s.layers) - 1 for s in sliced)))
@@ -193,7 +193,7 @@ def _scale(sliced: Sequence[SlicedSubVolume], beads: Sequence[list[_Line]], colo
 def _draw(
     picture: Raster,
     sliced: Sequence[SlicedSubVolume],
-    beads: Sequence[list[_Line]],
+    beads: Sequence[list[_DrawnBead]],
     body_mesh: Mesh | None,
     scale: _Scale,
     colour: By,

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..progress import phase
-from .camera import View, camera, middle, still
+from .camera import View, camera, still, target_to_show
 from .colours import Colouring
 from .stage_scene import MARKS, VISIBLE, Frame, StagedScene
 
@@ -67,10 +67,10 @@ def picture(
     n = len(result.rows)
     if target is not None and not 0 <= target < n:
         raise InputError(f"target {target}: the part has targets 0 .. {n - 1}")
-    require_size(width, height)
+    require_picture_size(width, height)
     if view not in ("cell", "torch"):
         raise InputError(f"view {view!r}: cell or torch is needed")
-    frame = still(result, middle(result) if target is None else target)
+    frame = still(result, target_to_show(result) if target is None else target)
     staged = StagedScene(result)
     staged.colour(colour)
     staged.pose(frame)
@@ -98,7 +98,7 @@ class Canvas:
         Raises:
             InputError: the size is not allowed, or there is no OpenGL; one line.
         """
-        require_size(width, height)
+        require_picture_size(width, height)
         model = staged.model
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         if max(width, height) <= LITTLE:
@@ -136,7 +136,7 @@ class Canvas:
         return self._renderer.render().copy()
 
 
-def require_size(width: int, height: int) -> None:
+def require_picture_size(width: int, height: int) -> None:
     """Refuse a size that cannot be rendered.
 
     Raises:

@@ -87,7 +87,7 @@ class Player:
         self.result, self.speed, self.loop = result, float(speed), loop
         self.time, self.playing, self.marks = 0.0, True, result.motion is None
         self.view, self.normals, self.colour = "cell", NORMALS[0], colour
-        self._path = result.job.targets.path
+        self._path = result.job.targets.bead
         self._bad = np.array([row.failure is not None for row in result.rows])
         self._stop: Ints
         self._at: Floats
@@ -217,7 +217,7 @@ class Player:
                 "verdict",
                 "feasible"
                 if result.feasible
-                else f"infeasible: {result.infeasible} of {result.looked_at} targets looked at, of {len(t)}"
+                else f"infeasible: {result.infeasible} of {result.looked_at} targets checked, of {len(t)}"
                 if result.not_looked_at
                 else f"infeasible: {result.infeasible} of {len(t)} targets",
             ),
@@ -226,7 +226,7 @@ class Player:
         ]
         row = result.rows[i]
         if not row.looked_at:
-            lines += [("", "not looked at")]
+            lines += [("", "not checked")]
         elif row.reason is not None:
             lines += [
                 ("reason", f"{row.reason}{' (proved)' if row.proved else ''}"),

@@ -14,7 +14,7 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..arrays import Ints, counted
+from ..arrays import Ints, repeat_with_index
 
 LIGHT = np.array([-0.45, -0.65, 0.61])  # over the left shoulder
 AMBIENT, SOLID = 0.45, 0.74  # light from everywhere, on tubes and on solids
@@ -174,7 +174,7 @@ def _covered(corners: Floats) -> tuple[Ints, Ints, Ints]:
     y = corners[:, :, 1]
     first = np.ceil(y.min(axis=1) - 0.5).astype(np.int64)
     rows = np.maximum(np.ceil(y.max(axis=1) - 0.5).astype(np.int64) - first, 0)
-    triangle, within = counted(rows)
+    triangle, within = repeat_with_index(rows)
     row = first[triangle] + within
     start, end = corners[triangle], np.roll(corners, -1, axis=1)[triangle]
     rise = end[..., 1] - start[..., 1]
@@ -186,5 +186,5 @@ def _covered(corners: Floats) -> tuple[Ints, Ints, Ints]:
     left = np.ceil(np.where(met, x, np.inf).min(axis=1) - 0.5)
     right = np.ceil(np.where(met, x, -np.inf).max(axis=1) - 0.5)
     wide = np.where(met.any(axis=1), np.maximum(right - left, 0.0), 0.0).astype(np.int64)
-    span, along = counted(wide)
+    span, along = repeat_with_index(wide)
     return triangle[span], left[span].astype(np.int64) + along, row[span]

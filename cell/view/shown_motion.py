@@ -21,7 +21,7 @@ from ..job.job import Job
 from ..motion.motion import Motion
 from ..programs.program import SourceLine
 from ..programs.program_check import ProgramFinding, ProgramResult
-from ..scene.placement import place
+from ..scene.placement import place_targets
 from ..verdict.result import Result, TargetVerdict
 from ..verification.bead_order import Finding
 from ..verification.motion_check import MotionResult
@@ -89,7 +89,7 @@ def played(job: Job, found: MotionResult, target: int | None = None) -> Played:
     middle = int(np.searchsorted(motion.t_s, motion.t_s[-1] / 2))
     shown = middle if target is None else int(first[np.clip(target, 0, len(first) - 1)])
     E1, E2 = (float(v) for v in motion.table[shown])
-    placed = place(job.targets, job.scene.T_base_part(E1, E2))
+    placed = place_targets(job.targets, job.scene.T_base_part(E1, E2))
     gravity: Floats = np.arccos(np.clip(placed.normal @ job.scene.T_world_base()[2, :3], -1.0, 1.0))
     deg = np.rad2deg([E1, E2])
     asked = (round(float(deg[0]), 3), round(float(deg[1]), 3))

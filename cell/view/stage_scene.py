@@ -101,7 +101,7 @@ def beads_of(job: Job, most: int = PIECES) -> DrawnBeads:
     t = job.targets
     radius = t.thickness_mm * METRES_PER_MM / 2
     middle = t.position * METRES_PER_MM + t.normal * radius[:, None]
-    first = np.flatnonzero(np.diff(t.path, prepend=-1))
+    first = np.flatnonzero(np.diff(t.bead, prepend=-1))
     stride = max(1, -(-len(t) // most))
     knots = [
         np.unique(np.append(np.arange(a, b, stride), b - 1)) for a, b in zip(first, [*first[1:], len(t)], strict=True)

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..verdict.result import Result
-from .camera import View, camera, middle, still
+from .camera import View, camera, still, target_to_show
 from .colours import Colouring
 from .player import HELP, Player
 from .stage_scene import VISIBLE, Frame, StagedScene
@@ -123,7 +123,7 @@ def _opened(staged: StagedScene, pressed: queue.SimpleQueue[int]) -> mujoco.view
 def _look(viewer: mujoco.viewer.Handle, staged: StagedScene, frame: Frame, view: View) -> None:
     """Turn the camera to what a view frames; from there on it is the user's."""
     # the whole cell is looked at from one side: the best for the middle of the motion
-    staged.pose(frame if view == "torch" else still(staged.result, middle(staged.result)))
+    staged.pose(frame if view == "torch" else still(staged.result, target_to_show(staged.result)))
     best = camera(staged, view, ASPECT)
     with viewer.lock():
         viewer.cam.lookat[:] = best.lookat

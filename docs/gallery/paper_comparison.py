@@ -19,5 +19,5 @@ Path("comparison.html").write_text(cell.html_compare(document), encoding="utf-8"
 parts = cell.MODELS_DIR / "parts"
 blade, hub = slicing.load(parts / "propeller_blade.stl"), slicing.load(parts / "propeller_hub.stl")
 for strategy in ("planar", "cylindrical", "nonuniform"):
-    sliced = slicing.slice(blade, slicing.Cylinder(radius_mm=9.7), strategy)
+    sliced = slicing.slice(blade, slicing.CylindricalBody(radius_mm=9.7), strategy)
     Path(f"{strategy}.png").write_bytes(cell.slice_picture([sliced], hub, title=strategy, width=900, height=650))

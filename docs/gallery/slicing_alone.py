@@ -17,10 +17,10 @@ boss.apply_translation((30, 0, 40))  # from inside the shaft outward
 boss.export("boss.stl")
 
 mesh = slicing.load("boss.stl", units="mm")
-sliced = slicing.slice(mesh, slicing.Cylinder(radius_mm=20), strategy="nonuniform", h_layer_mm=2)
+sliced = slicing.slice(mesh, slicing.CylindricalBody(radius_mm=20), strategy="nonuniform", h_layer_mm=2)
 path = slicing.lay([sliced], pattern="contour_parallel", width_mm=5)
 
 targets = path.targets
-print(f"{len(sliced.layers)} layers, {targets.path.max() + 1} beads, {len(targets)} targets")
+print(f"{len(sliced.layers)} layers, {targets.bead.max() + 1} beads, {len(targets)} targets")
 print("first target, mm:", targets.position[0].round(2), "laid along", targets.normal[0].round(2))
 Path("layers.png").write_bytes(cell.slice_picture([sliced], None, title="boss", colour="layer", width=1000, height=750))

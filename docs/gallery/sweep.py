@@ -10,7 +10,7 @@ import cell
 
 case = cell.load_case(cell.DEFAULT_CASE)
 poses = cell.grid(case, e1="0:90:90", e2="-180:90:90")
-rows = cell.sweep(case, poses, jobs=1)
+rows = cell.sweep(case, poses, processes=1)
 document = cell.sweep_document(case, rows)
 
 best = document["best"]

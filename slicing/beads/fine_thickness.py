@@ -64,7 +64,7 @@ def fine_thickness(sliced: SlicedSubVolume, bead: Bead) -> FinelySampledBead:
     return FinelySampledBead(at, fine, thickness)
 
 
-def ends_of(bead: Bead, k: int) -> tuple[Floats, Floats]:
+def segment_ends(bead: Bead, k: int) -> tuple[Floats, Floats]:
     """A point's position and that of the next, (3,) each."""
     return bead.points[k], bead.points[(k + 1) % len(bead.points)]
 
@@ -77,6 +77,6 @@ def interpolate(sliced: SlicedSubVolume, bead: Bead, u: float) -> tuple[Floats, 
     share = u - k
     if share < 1e-12:
         return bead.points[k], float(bead.gained_mm[k])
-    point = point_between(sliced, bead.layer, *ends_of(bead, k))(np.array([share]))[0]
+    point = point_between(sliced, bead.layer, *segment_ends(bead, k))(np.array([share]))[0]
     gained = (1 - share) * bead.gained_mm[k] + share * bead.gained_mm[(k + 1) % n]
     return point, float(gained)

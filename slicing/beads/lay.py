@@ -27,12 +27,12 @@ from .bead import Bead
 from .deposition import LayerMetal, layer_metal, metal_lines, with_metal
 from .infill import Stroke, contour_rounds, fitted_pitch, narrow_places, wide_part
 from .lead_in_out import with_leads
-from .order import ordered
+from .order import in_laying_order
 from .overhang import ALLOWED, Overhang, overhang_lines, overhangs
 from .regions import Island, Joint, islands
 from .seams import with_seams
 from .thickness_policy import ThicknessPlace, policy_lines, with_policy
-from .zigzag import OVER, length_of, spread, zigzag
+from .zigzag import OVER, length_of, strokes_of_length, zigzag
 
 CROWDED = 0.85  # share of the pitch: beads nearer than this are told of
 HALVINGS = 12  # of chords over a corner of the surface
@@ -99,7 +99,7 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool, all
     if parameters.alternate:
         layers = [[b.reversed() for b in some] if k % 2 else some for k, some in enumerate(layers)]
     layers = with_seams(sliced, layers, parameters)
-    layers = ordered(layers, parameters)
+    layers = in_laying_order(layers, parameters)
     beads = tuple(with_leads(sliced, bead, parameters) for some in layers for bead in some)
     beads = with_metal(sliced, beads, parameters)
     lines = policy_lines(sliced, places)
@@ -127,7 +127,7 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool, all
 
 
 def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 0.01) -> list[Bead]:
-    """A layer's beads as its pattern has them: contours, then infill; seams, order and leads not yet looked at.
+    """A layer's beads as its pattern has them: contours, then infill; seams, order and leads not yet examined.
 
     Args:
         layer: the layer.
@@ -183,7 +183,11 @@ def _strokes(island: Island, p: BeadParameters, layer: int) -> list[Stroke]:
         over = min(max(over, 0.0), pitch)
         lines = partial(zigzag, island, p.first_mm + p.contours * pitch, over, width_mm=p.width_mm, angle_deg=angle)
         wanted = island.area_mm2 / p.pitch_mm - length_of([*rounds, *narrow])
-        return [*rounds, *spread(lambda apart: list(lines(pitch_mm=apart)), wanted, p.pitch_mm, p.width_mm), *narrow]
+        return [
+            *rounds,
+            *strokes_of_length(lambda apart: list(lines(pitch_mm=apart)), wanted, p.pitch_mm, p.width_mm),
+            *narrow,
+        ]
     # across a wall of few beads no lines fit within the rounds
     return [*contour_rounds(island, p.first_mm, pitch, p.width_mm, None), *narrow]
 

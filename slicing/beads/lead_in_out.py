@@ -37,11 +37,11 @@ def with_leads(sliced: SlicedSubVolume, bead: Bead, parameters: BeadParameters) 
         return bead
     plain = _opened(bead) if bead.closed else bead
     n = len(plain.points)
-    back = part_of(sliced, plain, into)  # the bead's first stretch
-    on = part_of(sliced, plain.reversed(), out).reversed()  # its last one
+    back = first_stretch(sliced, plain, into)  # the bead's first stretch
+    on = first_stretch(sliced, plain.reversed(), out).reversed()  # its last one
     if bead.closed:
         # what comes before the start is the end, and past the end comes the start
-        before, after = part_of(sliced, plain.reversed(), into).reversed(), part_of(sliced, plain, out)
+        before, after = first_stretch(sliced, plain.reversed(), into).reversed(), first_stretch(sliced, plain, out)
     else:
         before, after = back.reversed(), on.reversed()
     parts = [before] * (into > 0) + [plain] + [after] * (out > 0)
@@ -63,7 +63,7 @@ def _opened(bead: Bead) -> Bead:
     return replace(bead, points=points, gained_mm=gained, closed=False)
 
 
-def part_of(sliced: SlicedSubVolume, bead: Bead, length_mm: float) -> Bead:
+def first_stretch(sliced: SlicedSubVolume, bead: Bead, length_mm: float) -> Bead:
     """The first stretch of an open bead.
 
     Args:

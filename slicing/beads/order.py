@@ -1,6 +1,6 @@
 """The order of the beads in a layer: little travel from the end of each to the start of the next.
 
-    layers = ordered(layers, parameters)
+    layers = in_laying_order(layers, parameters)
 
 Contours come before infill (or after it, as asked). Within each of the two the way is the shortest there is for up to
 EXACT_COUNT beads, and for more the nearest neighbour's, bettered by turning round stretches of it (2-opt). It begins
@@ -22,7 +22,7 @@ MOST_BETTERED = 250  # beads whose order is bettered
 SWEEPS = 20
 
 
-def ordered(layers: Sequence[Sequence[Bead]], parameters: BeadParameters) -> list[list[Bead]]:
+def in_laying_order(layers: Sequence[Sequence[Bead]], parameters: BeadParameters) -> list[list[Bead]]:
     """Beads in the order in which they are laid.
 
     Args:

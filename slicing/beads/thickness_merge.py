@@ -19,7 +19,7 @@ from ..mesh.solid import Bools, Floats, Ints
 from ..parameters import BeadParameters
 from .bead import Bead
 from .exact_points import point_between
-from .fine_thickness import SLACK_MM, SPACING_MM, FinelySampledBead, Run, ends_of, fine_thickness, interpolate
+from .fine_thickness import SLACK_MM, SPACING_MM, FinelySampledBead, Run, fine_thickness, interpolate, segment_ends
 
 STOP_MM = 3.0  # a bead has targets so close where it takes over thickness
 
@@ -191,7 +191,7 @@ def _exactly(sliced: SlicedSubVolume, bead: Bead) -> Bead:
     points: list[Floats] = []
     gained: list[Floats] = []
     for k in range(n if bead.closed else n - 1):
-        a, b = ends_of(bead, k)
+        a, b = segment_ends(bead, k)
         count = max(int(np.ceil(np.sqrt(((b - a) ** 2).sum()) / SPACING_MM)), 1)
         share = np.arange(count) / count
         between = point_between(sliced, bead.layer, a, b)(share[1:]) if count > 1 else np.zeros((0, 3))

@@ -8,8 +8,8 @@ trim:   a bead ends where its thickness reaches the limit, found on the exact cu
 merge:  where a bead is too thin it is left out, and the bead of the layer above it takes over its thickness: what the
         layer above has to fill there reaches down to the layer below the one left out. It does so only where a
         bead of the layer above lies over it (half a bead's width sideways at most) and the sum stays within
-        h_max; elsewhere the bead stays and is reported, as it is where it is too thick. Layers are gone through from
-        the body outward, so that thickness taken over counts when the next layer is looked at.
+        h_max; elsewhere the bead stays and is reported, as it is where it is too thick. Layers are processed from
+        the body outward, so that thickness taken over counts when the next layer is examined.
 
 Thin places are found on every bead, seen closely (`slicing.beads.fine_thickness`).
 """
@@ -27,7 +27,7 @@ from ..mesh.solid import Bools, Floats
 from ..parameters import BeadParameters
 from .bead import Bead
 from .exact_points import point_between
-from .fine_thickness import SLACK_MM, FinelySampledBead, Run, ends_of, fine_thickness, interpolate
+from .fine_thickness import SLACK_MM, FinelySampledBead, Run, fine_thickness, interpolate, segment_ends
 from .thickness_merge import MergedStretch, gaining, merged
 
 LEAST_MM = 1e-3  # shorter beads are not laid, shorter places not told of
@@ -147,7 +147,7 @@ def _limit(sliced: SlicedSubVolume, bead: Bead, fine: FinelySampledBead, i: int)
 
     low, high = float(fine.at[i]), float(fine.at[i + 1])
     k = min(int(low), len(bead.points) - 1)
-    between = point_between(sliced, bead.layer, *ends_of(bead, k))
+    between = point_between(sliced, bead.layer, *segment_ends(bead, k))
     gained = bead.gained_mm[[k, (k + 1) % len(bead.points)]]
     p = sliced.parameters
     bad = fine.thickness[i] if not _within(sliced, fine.thickness[i : i + 1])[0] else fine.thickness[i + 1]

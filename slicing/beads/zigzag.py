@@ -7,9 +7,9 @@ distance. The end of each is joined to the next: by a straight line if that stay
 its border; if that is too long, a new bead begins. In a ring, lines at an angle are spread so that they meet themselves
 after a turn. Lines along the way round close (angles whose rise in a turn is less than a pitch count as such).
 
-The distance is the one at which the lines lay the metal that is left for them (`spread`). Their joints, the rounds that
-they run into, and rounding their number up are a surplus, which lines a little farther apart make up for: at most a
-bead's width, beyond which there would be a gap between two. Lines a little closer make up for missing metal.
+The distance is the one at which the lines lay the metal that is left for them (`strokes_of_length`). Their joints, the
+rounds that they run into, and rounding their number up are a surplus, which lines a little farther apart make up for:
+at most a bead's width, beyond which there would be a gap between two. Lines a little closer make up for missing metal.
 """
 
 from __future__ import annotations
@@ -200,7 +200,9 @@ def length_of(strokes: Sequence[Stroke]) -> float:
     return total
 
 
-def spread(lines: Callable[[float], list[Stroke]], wanted_mm: float, pitch_mm: float, width_mm: float) -> list[Stroke]:
+def strokes_of_length(
+    lines: Callable[[float], list[Stroke]], wanted_mm: float, pitch_mm: float, width_mm: float
+) -> list[Stroke]:
     """The lines whose length is nearest to what is wanted.
 
     Args:

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..mesh.solid import Bools, Floats, Ints
 from .ellipse_arcs import MAX_STEP_RAD, Samples
-from .slabs import Bands
+from .slabs import ProfileSlabs
 
 MOST_HALVINGS = 30
 SHORT_MM = 1e-5  # chords this short need no more care than their height
@@ -43,7 +43,7 @@ class Arcs:
     chord: Floats
     normal: Floats
     slab: Ints
-    bands: Bands
+    bands: ProfileSlabs
 
 
 def sample_conics(arcs: Arcs, axis_point: tuple[float, float], tolerance_mm: float) -> Samples:

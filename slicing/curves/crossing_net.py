@@ -1,6 +1,7 @@
 """Edges and triangles of a mesh among numbered levels, and the pieces of curve between their crossings.
 
-    rows, levels, shift = spread(net.edge_low, net.edge_high, 0, 10)     # (edge, level) of all crossings of ten levels
+    rows, levels, shift = row_level_pairs(net.edge_low, net.edge_high, 0, 10)
+    # (edge, level) of all crossings of ten levels
 
 Levels are numbered upwards; what a vertex lies outside of is said by one number, its rank (see
 `slicing.curves.parallel_levels`).
@@ -20,7 +21,7 @@ Ranks = npt.NDArray[np.int32]  # small: they are gathered by every edge
 
 @dataclass(frozen=True, eq=False)
 class CrossingNet:
-    """The triangles that are looked at, numbered by themselves, and where they lie among the levels.
+    """The triangles that are examined, numbered by themselves, and where they lie among the levels.
 
     Attributes:
         cut_at: (l,) heights over base of the cuts as they are made, ascending.
@@ -72,7 +73,7 @@ class LevelPieces:
     level: Ints
 
 
-def spread(first: Ints | Ranks, after: Ints | Ranks, low: int, high: int) -> tuple[Ints, Ints, Ints]:
+def row_level_pairs(first: Ints | Ranks, after: Ints | Ranks, low: int, high: int) -> tuple[Ints, Ints, Ints]:
     """Pairs (row, level) of the levels first .. after - 1 of every row, as far as they lie in low .. high - 1.
 
     Returns:

@@ -9,7 +9,7 @@ import numpy as np
 from ..mesh.face_measures import columns_at
 from ..mesh.solid import Bools, Floats, Ints, Mesh
 from ..surfaces.cylinders import Cylinder
-from .crossing_net import CrossingNet, LevelPieces, Ranks, spread
+from .crossing_net import CrossingNet, LevelPieces, Ranks, row_level_pairs
 from .ellipse_arcs import Samples, sample_arcs
 
 
@@ -49,7 +49,7 @@ class CylinderLevels:
         Args:
             mesh: the solid.
             net: its triangles among the levels.
-            levels: the first of those that are looked at, and the one after the last.
+            levels: the first of those that are examined, and the one after the last.
             crossings: edges (c,) and the levels (c,) at which they cross.
             pieces: between the crossings.
             tolerance_mm: greatest distance between the exact curve and the chord of two successive points.
@@ -143,7 +143,7 @@ def _whole_circles(base: Cylinder, net: CrossingNet, low: int, high: int) -> tup
     a, b, c = xy[:, 0], xy[:, 1], xy[:, 2]
     turn = np.stack([_cross(a, b), _cross(b, c), _cross(c, a)])
     rows = rows[(turn > 0).all(axis=0) | (turn < 0).all(axis=0)]
-    whole, level, _ = spread(np.full(len(rows), lowest), net.face_low[rows].astype(np.int64), low, high)
+    whole, level, _ = row_level_pairs(np.full(len(rows), lowest), net.face_low[rows].astype(np.int64), low, high)
     return rows[whole], level
 
 

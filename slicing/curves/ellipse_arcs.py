@@ -68,7 +68,7 @@ def sample_arcs(
     vertical, slope, sense = _slopes(mesh, faces)
     steepness = np.sqrt(slope[0] * slope[0] + slope[1] * slope[1])
     phi = np.arctan2(slope[1], slope[0])
-    corners = _Corners(mesh, faces)
+    corners = _TriangleCorners(mesh, faces)
     origin = _origins(corners, slope, centre, r, nodes, start, whole)
     begin = np.arctan2(origin[1] - centre[1], origin[0] - centre[0])
     finish = np.arctan2(nodes[:, 1].take(end) - centre[1], nodes[:, 0].take(end) - centre[0])
@@ -101,7 +101,7 @@ def sample_arcs(
 
 
 @dataclass(frozen=True, eq=False)
-class _Corners:
+class _TriangleCorners:
     """The corners of the pieces' triangles, of which few are asked for."""
 
     mesh: Mesh
@@ -122,7 +122,7 @@ def _slopes(mesh: Mesh, faces: Ints) -> tuple[Bools, list[Floats], Floats]:
 
 
 def _origins(
-    corners: _Corners, slope: list[Floats], centre: Floats, r: Floats, nodes: Floats, start: Ints, whole: Bools
+    corners: _TriangleCorners, slope: list[Floats], centre: Floats, r: Floats, nodes: Floats, start: Ints, whole: Bools
 ) -> list[Floats]:
     """Where each piece starts (x, y and z): its node, or for a whole circle the point at angle 0."""
     origin = [nodes[:, k].take(start, mode="wrap") for k in range(3)]
@@ -150,7 +150,7 @@ def _within_turn(angle: Floats) -> Floats:
 
 
 def _unwrap_slivers(
-    turn: Floats, vertical: Bools, whole: Bools, start: Ints, end: Ints, corners: _Corners, centre: Floats
+    turn: Floats, vertical: Bools, whole: Bools, start: Ints, end: Ints, corners: _TriangleCorners, centre: Floats
 ) -> Floats:
     """Turns that rounding made (almost) a full turn are nothing: rulings of nearly vertical triangles.
 

@@ -58,13 +58,13 @@ def intersect(
             it.
         tolerance_mm: greatest distance between the exact curve and the chord of two successive points.
         nudge_mm: how far outside the surface the cut is really made.
-        faces: (k,) numbers of the triangles to look at; all whose extent reaches the surface when not given.
+        faces: (k,) numbers of the triangles to examine; all whose extent reaches the surface when not given.
 
     Returns:
         Closed curves, outer loops counter-clockwise seen from outside, holes clockwise; empty if there are
         none.
     """
-    way = WAYS[type(surface)]
+    way = CURVE_FINDERS[type(surface)]
     if faces is None:
         faces = way.reaching(mesh, surface, nudge_mm)
     return way.on_one(mesh, surface, tolerance_mm, nudge_mm, faces) if len(faces) else []
@@ -84,7 +84,7 @@ def intersect_offsets(
     Returns:
         The curves on every offset.
     """
-    return WAYS[type(base)].on_offsets(mesh, base, np.asarray(heights_mm, dtype=np.float64), tolerance_mm)
+    return CURVE_FINDERS[type(base)].on_offsets(mesh, base, np.asarray(heights_mm, dtype=np.float64), tolerance_mm)
 
 
 def _all_at_once(
@@ -135,7 +135,7 @@ def _by_corners(mesh: Mesh, surface: Plane | Cylinder, nudge_mm: float) -> Ints:
 
 
 @dataclass(frozen=True)
-class _Way:
+class _CurveFinder:
     """How curves on a kind of surface are found.
 
     Attributes:
@@ -149,11 +149,11 @@ class _Way:
     on_offsets: Callable[..., list[list[Curve]]]
 
 
-WAYS: dict[type, _Way] = {
-    Plane: _Way(_by_corners, _all_at_once, level_curves),
-    Cylinder: _Way(_by_corners, _all_at_once, level_curves),
-    Cone: _Way(_by_spheres, _band_by_band, _on_cones),
-    Revolved: _Way(_by_spheres, _band_by_band, _offset_by_offset),
+CURVE_FINDERS: dict[type, _CurveFinder] = {
+    Plane: _CurveFinder(_by_corners, _all_at_once, level_curves),
+    Cylinder: _CurveFinder(_by_corners, _all_at_once, level_curves),
+    Cone: _CurveFinder(_by_spheres, _band_by_band, _on_cones),
+    Revolved: _CurveFinder(_by_spheres, _band_by_band, _offset_by_offset),
 }
 
 

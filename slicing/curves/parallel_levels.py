@@ -26,7 +26,7 @@ import numpy as np
 from ..mesh.face_measures import columns_at
 from ..mesh.solid import Bools, Floats, Ints, Mesh
 from ..surfaces.surfaces import Cylinder, Plane
-from .crossing_net import CrossingNet, LevelPieces, Ranks, spread
+from .crossing_net import CrossingNet, LevelPieces, Ranks, row_level_pairs
 from .cylinder_levels import CylinderLevels
 from .loops import Curve, curves_by_level
 from .pairing import pair
@@ -57,7 +57,7 @@ def level_curves(
         heights: (l,) offsets, mm, ascending; above minus the radius of a cylinder.
         tolerance_mm: greatest distance between the exact curve and the chord of two successive points.
         nudge_mm: how far outside a level the cut is really made.
-        faces: (k,) numbers of the triangles to look at, ascending; all when not given.
+        faces: (k,) numbers of the triangles to examine, ascending; all when not given.
         batch: crossings of triangles and levels that are solved in one go: bounds the memory.
 
     Returns:
@@ -77,7 +77,7 @@ def level_curves(
 
 def _net(mesh: Mesh, base: Plane | Cylinder, heights: Floats, nudge_mm: float, faces: Ints | None) -> CrossingNet:
     """The triangles among the levels, as if no edge crossed a level twice."""
-    edges, sides = mesh.edge_table
+    edges, sides = mesh.edges_and_sides
     vertices, corners = mesh.vertices, mesh.faces
     if faces is None:
         faces, columns = np.arange(len(corners)), mesh.corners
@@ -162,7 +162,7 @@ def _batch(
 ) -> list[list[Curve]]:
     """Curves of the levels low .. high - 1."""
     low, high = levels
-    edge, at, first = spread(net.edge_low, net.edge_high, low, high)
+    edge, at, first = row_level_pairs(net.edge_low, net.edge_high, low, high)
     pieces = _pieces(net, low, high, edge, at, first)
     pieces, samples = kind.sampled(mesh, net, levels, (edge, at), pieces, tolerance_mm)
     return curves_by_level(pieces.start, pieces.end, pieces.level - low, high - low, samples)
@@ -182,7 +182,7 @@ def _pieces(net: CrossingNet, low: int, high: int, edge: Ints, at: Ints, shift: 
     Returns:
         The pieces; by triangle, then level.
     """
-    row, level, _ = spread(net.face_low, net.face_high, low, high)
+    row, level, _ = row_level_pairs(net.face_low, net.face_high, low, high)
     special = net.dipped[row]
     if not special.any():
         return LevelPieces(*_simple(net, row, level, shift), row, level)

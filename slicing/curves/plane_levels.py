@@ -41,7 +41,7 @@ class PlaneLevels:
         Args:
             mesh: the solid.
             net: its triangles among the levels.
-            levels: the first of those that are looked at, and the one after the last.
+            levels: the first of those that are examined, and the one after the last.
             crossings: edges (c,) and the levels (c,) at which they cross.
             pieces: between the crossings.
             tolerance_mm: it does not matter: lines are straight.

@@ -19,7 +19,7 @@ from ..surfaces.surfaces import Cone, Revolved
 from .conic_arcs import Arcs, sample_conics
 from .loops import SAME_POINT_MM, Curve, curves_by_level
 from .pairing import pair
-from .slabs import Bands, Cells, Segments, cells_of
+from .slabs import CutTriangles, ProfileSlabs, Segments, cut_at_slabs
 
 SAGITTA_SHARE = 0.05  # of the tolerance: how far chords in place of a profile's arcs may stray
 
@@ -59,8 +59,8 @@ def _cut(
     mesh: Mesh, faces: Ints, surface: Cone | Revolved, level: Ints, levels: int, tolerance_mm: float
 ) -> list[list[Curve]]:
     """Curves of triangles on a surface, by the levels (m,) of the triangles."""
-    bands = Bands.of(surface.chain(SAGITTA_SHARE * tolerance_mm))
-    cells = cells_of(mesh, faces, bands)
+    bands = ProfileSlabs.of(surface.chain(SAGITTA_SHARE * tolerance_mm))
+    cells = cut_at_slabs(mesh, faces, bands)
     outside = _outside(cells.segments, surface.axis_point)
     nodes, count = _crossings(cells.segments, outside, surface.axis_point)
     pieces = pair(cells.sides, cells.forward, count, outside)
@@ -88,7 +88,7 @@ def _cut(
     return [_with_pole(curves, bands) for curves in curves_by_level(start, end, at, levels, samples)]
 
 
-def _with_pole(curves: list[Curve], bands: Bands) -> list[Curve]:
+def _with_pole(curves: list[Curve], bands: ProfileSlabs) -> list[Curve]:
     """Add the area of the whole surface to the loop that runs round the top of a closed one.
 
     Areas under loops that wind count from the profile's lowest knot. That is right for a loop round the lower
@@ -152,7 +152,7 @@ def _crossings(segments: Segments, outside: Bools, axis_point: tuple[float, floa
     return (segments.begin[:, None] + t[:, :, None] * along[:, None]).reshape(-1, 3), count
 
 
-def _directions(cells: Cells, start: Ints, end: Ints, cell: Ints, nodes: Floats) -> Floats:
+def _directions(cells: CutTriangles, start: Ints, end: Ints, cell: Ints, nodes: Floats) -> Floats:
     """Directions (p, 3) of the pieces' chords; along the segment where both nodes lie on the same one.
 
     Nodes of two segments that coincide lie at a corner, or in a cell without width: an edge in a border plane and
@@ -170,7 +170,13 @@ def _directions(cells: Cells, start: Ints, end: Ints, cell: Ints, nodes: Floats)
 
 
 def _whole(
-    mesh: Mesh, faces: Ints, cells: Cells, bands: Bands, count: Ints, outside: Bools, axis_point: tuple[float, float]
+    mesh: Mesh,
+    faces: Ints,
+    cells: CutTriangles,
+    bands: ProfileSlabs,
+    count: Ints,
+    outside: Bools,
+    axis_point: tuple[float, float],
 ) -> Ints:
     """Cells that hold a whole ellipse: no side meets the surface, and the axis passes through, inside."""
     used = cells.sides >= 0

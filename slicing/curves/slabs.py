@@ -12,7 +12,7 @@ place along the step. A triangle through its plane has a cell in it, whose sides
 above and the two points where its edges pass.
 
     bands = Bands.of(surface.chain(5e-4))
-    cells = cells_of(mesh, faces, bands)
+    cells = cut_at_slabs(mesh, faces, bands)
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ STEP_MM = 1e-9  # points of a chain closer in height than this make a step
 
 
 @dataclass(frozen=True, eq=False)
-class Bands:
+class ProfileSlabs:
     """Knots (points of the profile) and slabs: slab j lies between knots j - 1 and j.
 
     Attributes:
@@ -53,7 +53,7 @@ class Bands:
     area: Floats
 
     @classmethod
-    def of(cls, chain: ProfileChain) -> Bands:
+    def of(cls, chain: ProfileChain) -> ProfileSlabs:
         """The bands of a profile."""
         r, z = chain.r, chain.z.copy()
         for k in np.flatnonzero(np.diff(z) < STEP_MM):
@@ -102,7 +102,7 @@ class Segments:
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
+class CutTriangles:
     """Triangles cut at the borders of the bands.
 
     Attributes:
@@ -122,7 +122,7 @@ class Cells:
 
 
 @dataclass(frozen=True, eq=False)
-class _Edges:
+class _UpwardEdges:
     """Mesh edges turned so that they never run into a lower slab."""
 
     begin: Ints
@@ -132,7 +132,7 @@ class _Edges:
     first: Ints  # number of each edge's first segment
 
 
-def cells_of(mesh: Mesh, faces: Ints, bands: Bands) -> Cells:
+def cut_at_slabs(mesh: Mesh, faces: Ints, bands: ProfileSlabs) -> CutTriangles:
     """Cut triangles at the borders of bands.
 
     Args:
@@ -143,7 +143,7 @@ def cells_of(mesh: Mesh, faces: Ints, bands: Bands) -> Cells:
     Returns:
         Their cells.
     """
-    ends, edge_of_side = mesh.edge_table
+    ends, edge_of_side = mesh.edges_and_sides
     used, sides = np.unique(edge_of_side[faces], return_inverse=True)
     sides = sides.reshape(-1, 3)
     edges = _turned(mesh, ends[used], bands)
@@ -170,7 +170,7 @@ def cells_of(mesh: Mesh, faces: Ints, bands: Bands) -> Cells:
     across = _chords(mesh, edges, bands, sides, corner_slab, low, chords)
     segments = Segments(*(np.concatenate([getattr(s, n) for s in (portions, across)]) for n in
                           ("begin", "end", "begin_r", "end_r")))  # fmt: skip
-    return Cells(face, slab, cell_sides, forward, segments)
+    return CutTriangles(face, slab, cell_sides, forward, segments)
 
 
 def _counted(sizes: Ints) -> Ints:
@@ -178,16 +178,16 @@ def _counted(sizes: Ints) -> Ints:
     return np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
 
 
-def _turned(mesh: Mesh, ends: Ints, bands: Bands) -> _Edges:
+def _turned(mesh: Mesh, ends: Ints, bands: ProfileSlabs) -> _UpwardEdges:
     slabs = bands.slab(mesh.vertices[ends, 2])
     against = slabs[:, 0] > slabs[:, 1]
     begin, end = np.where(against, ends[:, 1], ends[:, 0]), np.where(against, ends[:, 0], ends[:, 1])
     low, high = slabs.min(axis=1), slabs.max(axis=1)
     parts = high - low + 1
-    return _Edges(begin, end, low, high, np.cumsum(parts) - parts)
+    return _UpwardEdges(begin, end, low, high, np.cumsum(parts) - parts)
 
 
-def _crossing(mesh: Mesh, edges: _Edges, edge: Ints, knot: Ints, bands: Bands) -> Floats:
+def _crossing(mesh: Mesh, edges: _UpwardEdges, edge: Ints, knot: Ints, bands: ProfileSlabs) -> Floats:
     """Points (n, 3) where edges pass the planes of knots; the same numbers whichever segment asks."""
     a, b = mesh.vertices[edges.begin[edge]], mesh.vertices[edges.end[edge]]
     rise = b[:, 2] - a[:, 2]
@@ -197,7 +197,7 @@ def _crossing(mesh: Mesh, edges: _Edges, edge: Ints, knot: Ints, bands: Bands) -
     return points
 
 
-def _portions(mesh: Mesh, edges: _Edges, bands: Bands) -> Segments:
+def _portions(mesh: Mesh, edges: _UpwardEdges, bands: ProfileSlabs) -> Segments:
     """Parts of edges, slab by slab."""
     parts = edges.high - edges.low + 1
     edge = np.repeat(np.arange(len(parts)), parts)
@@ -215,7 +215,7 @@ def _portions(mesh: Mesh, edges: _Edges, bands: Bands) -> Segments:
 
 
 def _chords(
-    mesh: Mesh, edges: _Edges, bands: Bands, sides: Ints, corner_slab: Ints, low: Ints, chords: Ints
+    mesh: Mesh, edges: _UpwardEdges, bands: ProfileSlabs, sides: Ints, corner_slab: Ints, low: Ints, chords: Ints
 ) -> Segments:
     """Chords of triangles in border planes, from the side that runs up to the one that runs down."""
     face = np.repeat(np.arange(len(chords)), chords)

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..mesh.edge_table import neighbours
+from ..mesh.mesh_edges import neighbours
 from ..mesh.solid import Floats, Ints
 from ..warning import Warning
 from .axis_candidates import FEW_SIDES, LEVEL, MANY_SIDES, Roundness, candidates, rotation_to_z
@@ -34,7 +34,7 @@ ROUGH = 1e-3  # of the part's extent: a quarter of what corners may stray by abo
 ROUGH_FACET_RAD = np.deg2rad(5.0)  # more in half a facet than of an axis that is fitted
 SHRINK = 0.5
 STARTING_TURN = 0.1  # share of the directions in which a surface must be seen before the axis is fitted
-SEARCHED = 12  # bands looked at on the way
+SEARCHED = 12  # bands examined on the way
 MEASURED, MEASURED_SHARE = 24, 0.01  # bands that tell one axis from another; of the largest round one
 BANDS, FITTED_SHARE = 4, 0.1  # of which so many are fitted together; of the largest round one
 LEAST_CORNERS = 6

@@ -19,11 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Bools, Floats, Ints
-from ..mesh.edge_table import neighbours
+from ..mesh.mesh_edges import neighbours
 from .bands import HALF_FACET_RAD
 from .turned_faces import COPLANAR_RAD, FEW_SIDES_RAD
 
-SAMPLES = 1500  # faces looked at
+SAMPLES = 1500  # faces examined
 FROM_CURVED, FROM_PATCHES = 0.45, 0.35  # shares drawn from the curved ones by area, and evenly over their patches
 PAIRS, TRIPLES = 160, 300
 EDGE_DIRECTIONS, FLAT_DIRECTIONS, DIRECTIONS = 12, 8, 18
@@ -35,7 +35,7 @@ ROWS = 201  # of slopes, as cosines from -1 to 1
 UPRIGHT = 100  # number of the slope 0
 FINE, COARSE = 1, 5  # rows on either side that are one slope
 STEEP = 0.9  # cosine: normals nearer to the axis are no body's sides
-CLUSTERED = 3000  # edges and flats looked at
+CLUSTERED = 3000  # edges and flats examined
 SLOPES_TRIED = 2  # of a direction
 LEVEL = 1e-6  # z of a direction that is level
 
@@ -65,7 +65,7 @@ FEW_SIDES = Roundness(FEW_SIDES_RAD, 8, 2)  # a box faces four, a hexagon's flat
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class AxisCandidate:
     """An axis that may be the part's.
 
     Attributes:
@@ -80,7 +80,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class _Sample:
+class _VotingFaces:
     """Faces that vote: normals, middles, and the patch each belongs to."""
 
     normal: Floats
@@ -101,7 +101,7 @@ def rotation_to_z(direction: Floats) -> Floats:
 
 def candidates(
     vertices: Floats, faces: Ints, hint: tuple[Floats | None, Floats | None], kind: Roundness = MANY_SIDES
-) -> list[Candidate]:
+) -> list[AxisCandidate]:
     """Axes that may be the part's, the best first.
 
     Args:
@@ -123,7 +123,7 @@ def candidates(
         for slope, _ in _roundness(sample, way, kind):
             centre, score = _centre(sample, (way, slope), point, (rng, kind))
             if score > 0:
-                found.append(Candidate(centre, way, score))
+                found.append(AxisCandidate(centre, way, score))
     return sorted(found, key=lambda one: (-round(one.score, 6), -round(abs(float(one.direction[2])), 6)))
 
 
@@ -168,7 +168,7 @@ class _Curvature:
         weight = np.minimum(area[a[bent]], area[b[bent]])
         return _Curvature(normal, area, middle, curved, patch, patch_area, run, weight)
 
-    def sample(self, rng: np.random.Generator) -> _Sample:
+    def sample(self, rng: np.random.Generator) -> _VotingFaces:
         """Faces drawn by area, most of them from the curved ones; of a large patch fewer than its share."""
         numbers = []
         even = self.area / np.sqrt(self.patch_area)
@@ -185,9 +185,9 @@ class _Curvature:
             drawn = np.searchsorted(total, steps * total[-1]).clip(max=len(total) - 1)
             numbers.append(drawn.astype(np.int64))
         chosen = np.concatenate(numbers)
-        return _Sample(self.normal[chosen], self.middle[chosen], self.patch[chosen])
+        return _VotingFaces(self.normal[chosen], self.middle[chosen], self.patch[chosen])
 
-    def directions(self, sample: _Sample, rng: np.random.Generator, kind: Roundness) -> Floats:
+    def directions(self, sample: _VotingFaces, rng: np.random.Generator, kind: Roundness) -> Floats:
         """Directions (k, 3): the coordinate axes first, then those about which the most is round."""
         n, where = sample.normal, rng.integers(0, len(sample.normal), (3, PAIRS))
         beside = _same_patch(sample.patch, where[0], rng)
@@ -235,7 +235,7 @@ def _clusters(direction: Floats, weight: Floats, most: int) -> Floats:
     return np.array(means).reshape(-1, 3)
 
 
-def _roundness(sample: _Sample, way: Floats, kind: Roundness) -> list[tuple[float, float]]:
+def _roundness(sample: _VotingFaces, way: Floats, kind: Roundness) -> list[tuple[float, float]]:
     """The slopes at which most faces go round a direction, and what they hold, counting none of too few azimuths."""
     turn = rotation_to_z(way)
     facing, many = sample.normal @ turn.T, kind.azimuths
@@ -258,7 +258,10 @@ def _roundness(sample: _Sample, way: Floats, kind: Roundness) -> list[tuple[floa
 
 
 def _centre(
-    sample: _Sample, along_slope: tuple[Floats, float], point: Floats | None, by: tuple[np.random.Generator, Roundness]
+    sample: _VotingFaces,
+    along_slope: tuple[Floats, float],
+    point: Floats | None,
+    by: tuple[np.random.Generator, Roundness],
 ) -> tuple[Floats, float]:
     """The centre (3,) of the best surface of a slope about a direction, and the share of the sample that agrees."""
     (way, slope), (rng, kind) = along_slope, by

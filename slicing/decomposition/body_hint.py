@@ -1,7 +1,7 @@
 """What is known about a part's body beforehand, and the axis it is taken to have.
 
 axis = hinted_axis(mesh, BodyHint(radius_mm=20.0), skin, middle)
-T_part_input, axis_xy_mm = part_frame(axis, vertices)
+T_part_input, axis_xy_mm = decomposition_frame(axis, vertices)
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def _as_hinted(mesh: Mesh, axis: Axis, hint: BodyHint, size: tuple[Floats, float
     return replace(axis, point=point, direction=direction, lines=(Warning(Code.BODY_AXIS, line),))
 
 
-def part_frame(axis: Axis, vertices: Floats) -> tuple[Floats, tuple[float, float]]:
+def decomposition_frame(axis: Axis, vertices: Floats) -> tuple[Floats, tuple[float, float]]:
     """The frame in which a part is taken apart: the input's, if the axis is parallel to z there.
 
     Args:

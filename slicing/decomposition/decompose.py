@@ -37,7 +37,7 @@ from ..surfaces.bodies import Body, ConicalBody, CylindricalBody, RevolvedBody
 from ..warning import Code, Warning
 from .axis import Axis, parallel_axis
 from .bands import Band, FoundBand
-from .body_hint import LEAST_SIDES, BodyHint, hinted_axis, part_frame
+from .body_hint import LEAST_SIDES, BodyHint, decomposition_frame, hinted_axis
 from .cut import Cut, CutPiece, arrays_of, clearance, cut_off, solid_of
 from .evidence_warnings import (
     SMALL,
@@ -136,7 +136,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     skin = PartFaces.of(vertices - middle, _outer(vertices - middle, faces), mesh.noise_mm)
     axis = hinted_axis(mesh, hint, skin, middle)
     skin = replace(skin, half_facet_rad=axis.half_facet_rad)
-    T_part_input, axis_xy = part_frame(axis, vertices)
+    T_part_input, axis_xy = decomposition_frame(axis, vertices)
     # about the part's own middle: lengths are the part's, however far it lies from the origin
     into_axis = T_part_input.copy()
     into_axis[:2, 3] -= axis_xy

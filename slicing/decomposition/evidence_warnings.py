@@ -1,4 +1,4 @@
-"""What a decomposition found held against the mesh it was made of: what is doubtful is a typed warning.
+"""What a decomposition found compared with the mesh it was made of: what is doubtful is a typed warning.
 
 Use:
 

@@ -14,9 +14,9 @@ from .bands import Band
 from .outline import Outline
 from .turned_faces import FEW_SIDES_RAD
 
-LEVELS, STEP = 200, 0.05  # looked at beyond an end: at most so many, and how far apart, of the radius
+LEVELS, STEP = 200, 0.05  # examined beyond an end: at most so many, and how far apart, of the radius
 RIM, LEAST_RIM = 0.02, 1e-7  # of the radius: the greatest and the least length of a rim
-RIM_RING = 1.025  # looked at for a rim is a ring just within the end's radius
+RIM_RING = 1.025  # examined for a rim is a ring just within the end's radius
 
 
 def carried_through(solid: Any, outline: Outline) -> Outline:

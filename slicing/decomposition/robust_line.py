@@ -125,6 +125,6 @@ def _shrunk(z: Floats, r: Floats, weight: Floats, slope: float, limits: tuple[fl
         width = max(width * SHRINK, floor)
 
 
-def within(off: Floats, width: float) -> Bools:
+def in_strip(off: Floats, width: float) -> Bools:
     """Which residuals lie in a strip."""
     return np.abs(off) <= width

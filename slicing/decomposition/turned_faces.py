@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..mesh.edge_table import neighbours
+from ..mesh.mesh_edges import neighbours
 from ..mesh.solid import Bools, Floats, Ints
 from .bands import HALF_FACET_RAD, Band, FoundBand
 from .robust_line import Line, fit_line

@@ -132,7 +132,7 @@ def body_shape(
     if profile is not None:
         bands = [(low, high) for low, high in pairwise(profile) if high[1] > low[1]]
         hulls = {f"body/{i}": _band(axis_xy_mm, *band) for i, band in enumerate(bands)}
-        return {"body_visual": body_mesh or turned(axis_xy_mm, profile)}, hulls
+        return {"body_visual": body_mesh or solid_of_revolution(axis_xy_mm, profile)}, hulls
     if body_mesh is not None:
         return {"body_visual": body_mesh}, {"body/0": _thinned_hull(body_mesh.vertices)}
     raise ValueError("a part needs the shape of its body: a mesh or a profile")
@@ -304,7 +304,7 @@ def _band(axis: tuple[float, float], low: Point, high: Point) -> Floats:
     return np.concatenate([_ring(axis, low, covering), _ring(axis, high, covering)])
 
 
-def turned(axis: tuple[float, float], profile: Sequence[Point]) -> Mesh:
+def solid_of_revolution(axis: tuple[float, float], profile: Sequence[Point]) -> Mesh:
     """The profile turned about its axis, as a closed mesh.
 
     Args:

@@ -47,7 +47,7 @@ def sectors(layer: Layer, surface: Round, sagitta_mm: float, *, few: bool = Fals
     points = np.concatenate(borders)
     angle = np.arctan2(points[:, 1] - surface.axis_point[1], points[:, 0] - surface.axis_point[0])
     first = np.cumsum([0, *(len(border) for border in borders)])
-    profile = None if surface.is_straight else _Profile(layer, surface, points, sagitta_mm)
+    profile = None if surface.is_straight else _ProfileBelow(layer, surface, points, sagitta_mm)
     for low in np.arange(-np.pi, np.pi - 1e-9, SECTOR):
         near = _beside(angle, low + SECTOR / 2, SHARED * SECTOR)
         if near.any():
@@ -104,7 +104,7 @@ def _beside(angle: Floats, middle: float, width: float) -> np.ndarray:
     return np.abs((angle - middle + np.pi) % (2 * np.pi) - np.pi) <= width
 
 
-class _Profile:
+class _ProfileBelow:
     """The profile below a layer's region."""
 
     def __init__(self, layer: Layer, surface: Round, points: Floats, sagitta_mm: float) -> None:

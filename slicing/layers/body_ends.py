@@ -1,7 +1,7 @@
 """Where a body ends along its axis, and what of a sub-volume lies over its ends.
 
     z_mm = body_ends(((20.0, 0.0), (20.0, 40.0)), CylindricalBody(20.0))    # (0.0, 40.0)
-    root = between(mesh, z_mm)                                   # the part of a sub-volume that has the body below it
+    root = part_between_heights(mesh, z_mm)  # the part of a sub-volume that has the body below it
     over_ends_mm3(mesh, CylindricalBody(20.0), z_mm)             # what lies within the radius beyond the ends
 
 The rule: layer 0 lies on the body that is there, so it ends where the body ends. Offsets of a cylinder or a cone go on
@@ -59,7 +59,7 @@ def reach_beyond(heights: np.ndarray, z_mm: tuple[float, float]) -> bool:
     return bool(heights.min() < z_mm[0] - BEYOND_MM or heights.max() > z_mm[1] + BEYOND_MM)
 
 
-def between(mesh: Mesh, z_mm: tuple[float, float]) -> Mesh:
+def part_between_heights(mesh: Mesh, z_mm: tuple[float, float]) -> Mesh:
     """The part of a solid between two heights.
 
     Args:
@@ -88,7 +88,7 @@ def over_ends_mm3(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> float:
     total = 0.0
     for a, b in ((low, min(z_mm[0], high)), (max(z_mm[1], low), high)):
         if b - a > 1e-6:
-            beyond = _solid(between(mesh, (a if a > low else -math.inf, b if b < high else math.inf)))
+            beyond = _solid(part_between_heights(mesh, (a if a > low else -math.inf, b if b < high else math.inf)))
             total += float((beyond ^ _turned(body, a - 1.0, b + 1.0)).volume())
     return total
 

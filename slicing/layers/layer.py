@@ -76,7 +76,7 @@ class SlicedSubVolume:
             the like.
         parameters: what was asked for.
         stands_on_plate: it is the body itself, laid on the plate or the support, not on a body.
-        volume_mm3: of the sub-volume outside its body; NaN where it was not held against its layers.
+        volume_mm3: of the sub-volume outside its body; NaN where it was not compared with its layers.
         laid_volume_mm3: area times thickness over all layers.
         end_mm: how far the last layer stands out above the sub-volume's top; below 0 what is left above it.
         body_z_mm: where the body ends along z; infinite where it does not within the sub-volume.

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..curves.loops import Curve
-from ..curves.slabs import Bands
+from ..curves.slabs import ProfileSlabs
 from ..mesh.solid import Floats
 from ..surfaces.bodies import Body
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Revolved, Round
@@ -161,7 +161,7 @@ def _section_by_bands(
     import shapely
 
     low, high = between
-    bands = Bands.of(surface.chain(0.05 * tolerance_mm))
+    bands = ProfileSlabs.of(surface.chain(0.05 * tolerance_mm))
     border = np.concatenate([[low - centre[1]], bands.z, [high - centre[1]]])
     border = np.clip(border, low - centre[1], high - centre[1])
     parts = []
@@ -187,7 +187,7 @@ SECTIONS: dict[type, Callable[..., Any]] = {
 }
 
 
-def _cut_span(bands: Bands, slab: int, begin: float, end: float, height: float) -> tuple[float, float] | None:
+def _cut_span(bands: ProfileSlabs, slab: int, begin: float, end: float, height: float) -> tuple[float, float] | None:
     """The heights of a slab at which its cone is wider than the plane's distance from the axis."""
     if end - begin <= 1e-9 or bands.empty[slab]:
         return None

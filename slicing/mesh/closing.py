@@ -25,8 +25,8 @@ import numpy as np
 
 from ..arrays import Bools, Floats, Ints, PartError
 from ..warning import Code, Warning
-from .edge_table import Edges
 from .face_measures import face_normals
+from .mesh_edges import MeshEdges
 
 JOIN_MM = 0.01  # farther apart two vertices are never one: the tolerance of curves
 JOIN_SHARE = 0.1  # of the shortest open edge
@@ -59,7 +59,7 @@ def closed_surface(name: str, points: Floats, faces: Ints) -> tuple[Floats, Ints
     if not finite.all():
         faces = _without_unknown(name, finite, faces, lines)
     points, faces = _used(name, points, faces, lines)
-    edges = Edges.of(len(points), faces)
+    edges = MeshEdges.of(len(points), faces)
     if edges.is_surface:
         return points, faces, lines
     points, faces, edges = _closed(name, points, faces, edges, lines)
@@ -74,7 +74,7 @@ def _without_unknown(name: str, finite: Bools, faces: Ints, lines: list[str]) ->
     """Faces without those at vertices that are no numbers; refused where that leaves a hole."""
     named = ~finite[faces].all(axis=1)
     kept = faces[~named]
-    if len(kept) == 0 or (named.any() and not Edges.of(len(finite), kept).is_closed):
+    if len(kept) == 0 or (named.any() and not MeshEdges.of(len(finite), kept).is_closed):
         raise PartError(f"{name}: {int((~finite).sum())} vertices are not finite numbers (NaN or infinite)")
     if named.any():
         lines.append(repaired(f"{name}: dropped {int(named.sum())} faces with vertices that are not finite numbers"))
@@ -91,7 +91,9 @@ def _used(name: str, points: Floats, faces: Ints, lines: list[str]) -> tuple[Flo
     return points[used], (np.cumsum(used) - 1)[faces]
 
 
-def _closed(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Floats, Ints, Edges]:
+def _closed(
+    name: str, points: Floats, faces: Ints, edges: MeshEdges, lines: list[str]
+) -> tuple[Floats, Ints, MeshEdges]:
     """Drop duplicate faces, join open edges, fill tiny holes; refuse what is open then."""
     if (edges.count > 2).any():
         faces, edges = _without_duplicates(name, len(points), faces, edges, lines)
@@ -106,7 +108,7 @@ def _closed(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
     return points, faces, edges
 
 
-def _without_duplicates(name: str, n: int, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Ints, Edges]:
+def _without_duplicates(name: str, n: int, faces: Ints, edges: MeshEdges, lines: list[str]) -> tuple[Ints, MeshEdges]:
     """One face of each set of duplicates; none of two that look in opposite directions, unless that opens a hole."""
     ordered = np.sort(faces, axis=1)
     a, b, c = faces.T
@@ -122,7 +124,7 @@ def _without_duplicates(name: str, n: int, faces: Ints, edges: Edges, lines: lis
     first = np.minimum.reduceat(rank, np.flatnonzero(new)) % len(faces)
     for chosen in (order[first[net != 0]], order[first]):
         kept = faces[np.sort(chosen)]
-        found = Edges.of(n, kept)
+        found = MeshEdges.of(n, kept)
         if len(kept) and found.is_closed:
             break
     if edges.is_closed and not found.is_closed:
@@ -131,7 +133,9 @@ def _without_duplicates(name: str, n: int, faces: Ints, edges: Edges, lines: lis
     return kept, found
 
 
-def _joined(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Floats, Ints, Edges]:
+def _joined(
+    name: str, points: Floats, faces: Ints, edges: MeshEdges, lines: list[str]
+) -> tuple[Floats, Ints, MeshEdges]:
     """Vertices of open edges that lie on one another made one."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -153,7 +157,7 @@ def _joined(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
     joined = number[faces]
     a, b, c = joined.T
     joined = joined[(a != b) & (b != c) & (c != a)]
-    found = Edges.of(len(points), joined)
+    found = MeshEdges.of(len(points), joined)
     before, after = int((edges.count % 2).sum()), int((found.count % 2).sum())
     if after >= before:
         return points, faces, edges
@@ -167,10 +171,12 @@ def _joined(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
         )
     )
     points, joined = _used(name, points, joined, [])
-    return points, joined, Edges.of(len(points), joined)
+    return points, joined, MeshEdges.of(len(points), joined)
 
 
-def _divided_at_vertices(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Ints, Edges]:
+def _divided_at_vertices(
+    name: str, points: Floats, faces: Ints, edges: MeshEdges, lines: list[str]
+) -> tuple[Ints, MeshEdges]:
     """Faces divided where a vertex of an open edge lies on a side of theirs; as they were if that closes nothing."""
     found, of_found, count, farthest = faces, edges, 0, 0.0
     for _ in range(MOST_PASSES):
@@ -178,7 +184,7 @@ def _divided_at_vertices(name: str, points: Floats, faces: Ints, edges: Edges, l
         if not gone:
             break
         found = np.concatenate([np.delete(found, gone, axis=0), np.array(new, dtype=np.int64)])
-        of_found = Edges.of(len(points), found)
+        of_found = MeshEdges.of(len(points), found)
         count, farthest = count + on, max(farthest, off)
         if of_found.is_closed:
             break
@@ -190,7 +196,7 @@ def _divided_at_vertices(name: str, points: Floats, faces: Ints, edges: Edges, l
     return found, of_found
 
 
-def _at_vertices(points: Floats, faces: Ints, edges: Edges) -> tuple[list[int], list[list[int]], int, float]:
+def _at_vertices(points: Floats, faces: Ints, edges: MeshEdges) -> tuple[list[int], list[list[int]], int, float]:
     """Faces to divide along one open side each, the faces they become, at how many vertices, and how far off these."""
     from scipy.spatial import cKDTree
 
@@ -232,7 +238,7 @@ def _on_side(points: Floats, a: int, b: int, border: Ints, tree: Any, reach: flo
     return near[on].tolist(), float(off[on].max())
 
 
-def _filled(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Ints, Edges]:
+def _filled(name: str, points: Floats, faces: Ints, edges: MeshEdges, lines: list[str]) -> tuple[Ints, MeshEdges]:
     """Holes too small to matter filled with a fan."""
     new, widest, count = [], 0.0, 0
     for loop in _holes(faces, edges):
@@ -247,10 +253,10 @@ def _filled(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[st
     most = count * widest**3
     lines.append(repaired(f"{name}: filled {count} holes of at most {widest:.2g} mm across (at most {most:.2g} mm³)"))
     faces = np.concatenate([faces, np.array(new, dtype=np.int64)])
-    return faces, Edges.of(len(points), faces)
+    return faces, MeshEdges.of(len(points), faces)
 
 
-def _holes(faces: Ints, edges: Edges) -> list[Ints]:
+def _holes(faces: Ints, edges: MeshEdges) -> list[Ints]:
     """Vertices of each loop of open edges, in the order of the faces beside it; loops that fork are left out."""
     sides = edges.side[np.repeat(edges.count == 1, edges.count)]
     start, end = faces.ravel()[sides].tolist(), np.roll(faces, -1, axis=1).ravel()[sides].tolist()
@@ -270,7 +276,7 @@ def _holes(faces: Ints, edges: Edges) -> list[Ints]:
     return loops
 
 
-def _open_line(name: str, points: Floats, faces: Ints, edges: Edges) -> str:
+def _open_line(name: str, points: Floats, faces: Ints, edges: MeshEdges) -> str:
     """How many edges are open, and where the widest hole is."""
     sides = edges.odd_sides()
     count = int((edges.count % 2).sum())
@@ -290,7 +296,7 @@ def _open_line(name: str, points: Floats, faces: Ints, edges: Edges) -> str:
     )
 
 
-def _agreed(name: str, n: int, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Ints, Edges]:
+def _agreed(name: str, n: int, faces: Ints, edges: MeshEdges, lines: list[str]) -> tuple[Ints, MeshEdges]:
     """Turn faces so that neighbours run along their common edge in opposite ways, as few faces as will do."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -308,7 +314,7 @@ def _agreed(name: str, n: int, faces: Ints, edges: Edges, lines: list[str]) -> t
     cost = np.bincount(turned, minlength=int(label.max()) + 1)
     turn = (cost[turned] < cost[as_is]) | ((cost[turned] == cost[as_is]) & (turned < as_is))
     found = np.where(turn[:, None], faces[:, ::-1], faces)
-    after = Edges.of(n, found)
+    after = MeshEdges.of(n, found)
     if (as_is == turned).any() or (after.balance != 0).any():
         bad = int((edges.balance != 0).sum())
         raise PartError(f"{name}: {bad} edges join faces that disagree about which side is outside")
@@ -316,7 +322,7 @@ def _agreed(name: str, n: int, faces: Ints, edges: Edges, lines: list[str]) -> t
     return found, after
 
 
-def _divided(name: str, points: Floats, faces: Ints, edges: Edges, lines: list[str]) -> tuple[Floats, Ints]:
+def _divided(name: str, points: Floats, faces: Ints, edges: MeshEdges, lines: list[str]) -> tuple[Floats, Ints]:
     """Give every wedge of material at an edge of four faces or more an edge of its own."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

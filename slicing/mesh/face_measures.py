@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Number = TypeVar("Number", np.float64, np.int64)
 
-CHUNK = 16_384  # faces that are looked at together
+CHUNK = 16_384  # faces that are examined together
 ROUNDING = 1e-12  # of a sphere's radius
 
 

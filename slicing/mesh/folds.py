@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from .closing import repaired
-from .edge_table import Edges
+from .mesh_edges import MeshEdges
 from .solid import Bools, Floats, Ints, Mesh
 
 SAME_PLANE = 1e-6  # 1 - cosine of the angle between faces of one plane
@@ -34,7 +34,7 @@ def unfolded(mesh: Mesh) -> Mesh:
     """
     length = np.sqrt((mesh.normals**2).sum(axis=1))
     thin = _thickness(mesh, length) <= 8.0 * mesh.noise_mm  # slivers have no plane of their own
-    pairs = Edges.of(len(mesh.vertices), mesh.faces).pairs() // 3
+    pairs = MeshEdges.of(len(mesh.vertices), mesh.faces).pairs() // 3
     normal = mesh.normals / np.where(length > 0, length, 1.0)[:, None]
     cosine = (normal[pairs[:, 0]] * normal[pairs[:, 1]]).sum(axis=1)
     thick = ~thin[pairs].any(axis=1)
@@ -58,7 +58,7 @@ def unfolded(mesh: Mesh) -> Mesh:
     if not new:
         return mesh
     faces = np.concatenate([mesh.faces[~gone], *new])
-    if not Edges.of(len(mesh.vertices), faces).is_surface:
+    if not MeshEdges.of(len(mesh.vertices), faces).is_surface:
         return mesh
     told = (
         f"{mesh.name}: divided {len(new)} flat regions anew whose faces fold back onto one another (concave polygons)"

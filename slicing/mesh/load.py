@@ -3,7 +3,7 @@
     mesh = load_mesh("blade.stl", units="mm")
     mesh.volume, mesh.bounds, mesh.warnings
 
-What is wrong with a file is said in one line (`PartError`). Each shell of what it holds is looked at by itself.
+What is wrong with a file is said in one line (`PartError`). Each shell of what it holds is examined by itself.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .files.ply import read_off, read_ply
 from .files.polygons import Triangles
 from .files.stl import read_stl
 from .shells import one_solid
-from .solid import UNITS_MM, Floats, Ints, Mesh, PartError, mesh_from_arrays, noise_of, require_near, require_size
+from .solid import UNITS_MM, Floats, Ints, Mesh, PartError, mesh_from_arrays, noise_of, require_few_faces, require_near
 
 # how a 3MF names the units that are allowed here
 STATED_UNITS = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "inch"}
@@ -119,7 +119,7 @@ def _read(file: Path, units: str) -> Triangles:
     _require_unit(file, found.unit, units)
     if len(found.faces) == 0:
         raise PartError(f"{file}: no triangles in the file; a closed solid is needed")
-    require_size(str(file), len(found.faces))
+    require_few_faces(str(file), len(found.faces))
     if found.faces.min() < 0 or found.faces.max() >= len(found.vertices):
         raise PartError(f"{file}: a face names a vertex outside 0 .. {len(found.vertices) - 1}")
     return found

@@ -4,7 +4,7 @@
     found.pairs, found.points, found.depth_mm
 
 Boxes of the faces, in the order of a space-filling curve, make a binary tree; it is walked against itself level by
-level, in batches. Pairs whose boxes overlap and that share no vertex (neighbours do not count) are held against each
+level, in batches. Pairs whose boxes overlap and that share no vertex (neighbours do not count) are compared with each
 other's planes, and what is left is tested exactly: two triangles cross where a side of one pierces the other. A side
 that passes through the border between two faces crosses only if it pierces both, so that solids which merely touch do
 not count. Both ends of a piercing side lie more than `reach_mm` off the plane: rounding is no crossing.
@@ -22,7 +22,7 @@ from ..arrays import Bools, Floats, Ints
 
 Numbers = npt.NDArray[Any]  # of boxes (int32), and their sides (float32)
 
-BATCH = 200_000  # pairs of boxes looked at together
+BATCH = 200_000  # pairs of boxes examined together
 GRID = 2**16  # steps of the space-filling curve along an axis
 
 
@@ -58,7 +58,7 @@ def crossings(vertices: Floats, faces: Ints, reach_mm: float) -> Crossings:
     order = _curve_order(vertices, faces)
     sorted_faces = faces[order]
     levels = _tree(vertices, sorted_faces)
-    hits: list[_Hits] = []
+    hits: list[_PiercedFaces] = []
     root: Numbers = np.zeros(1, dtype=np.intp)
     todo: list[tuple[int, Numbers, Numbers]] = [(len(levels) - 1, root, root)]
     while todo:
@@ -71,7 +71,7 @@ def crossings(vertices: Floats, faces: Ints, reach_mm: float) -> Crossings:
             todo.append((level - 1, *_children(i, j, levels[level - 1][0].shape[1])))
         else:
             hits.append(_pierced(vertices, sorted_faces, np.stack([i, j], axis=1)[i != j], reach_mm))
-    return _gathered(_Hits.of(hits), order)
+    return _gathered(_PiercedFaces.of(hits), order)
 
 
 def _curve_order(vertices: Floats, faces: Ints) -> Ints:
@@ -130,7 +130,7 @@ def _children(i: Numbers, j: Numbers, size: int) -> tuple[Numbers, Numbers]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Hits:
+class _PiercedFaces:
     """Sides that pierce faces.
 
     Attributes:
@@ -146,7 +146,7 @@ class _Hits:
     border: Ints
 
     @classmethod
-    def of(cls, parts: list[_Hits]) -> _Hits:
+    def of(cls, parts: list[_PiercedFaces]) -> _PiercedFaces:
         """Several as one."""
         none = cls(np.zeros((0, 2), np.int64), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 4), np.int64))
         parts = [none, *parts]
@@ -157,11 +157,11 @@ class _Hits:
             np.concatenate([part.border for part in parts]),
         )
 
-    def __getitem__(self, rows: Ints) -> _Hits:
-        return _Hits(self.faces[rows], self.points[rows], self.depth_mm[rows], self.border[rows])
+    def __getitem__(self, rows: Ints) -> _PiercedFaces:
+        return _PiercedFaces(self.faces[rows], self.points[rows], self.depth_mm[rows], self.border[rows])
 
 
-def _pierced(vertices: Floats, faces: Ints, pairs: Ints, reach_mm: float) -> _Hits:
+def _pierced(vertices: Floats, faces: Ints, pairs: Ints, reach_mm: float) -> _PiercedFaces:
     """Sides that pierce faces, among pairs whose boxes overlap."""
     a, b = faces[pairs[:, 0]], faces[pairs[:, 1]]
     shared = np.zeros(len(pairs), dtype=bool)
@@ -171,7 +171,7 @@ def _pierced(vertices: Floats, faces: Ints, pairs: Ints, reach_mm: float) -> _Hi
     for one, other in ((0, 1), (1, 0)):
         pairs = pairs[_straddles(vertices, faces[pairs[:, one]], faces[pairs[:, other]], reach_mm)]
     both = np.concatenate([pairs, pairs[:, ::-1]])
-    return _Hits.of([_sides_through(vertices, faces, both, k, reach_mm) for k in range(3)])
+    return _PiercedFaces.of([_sides_through(vertices, faces, both, k, reach_mm) for k in range(3)])
 
 
 def _unit_normals(corners: Floats) -> Floats:
@@ -188,7 +188,7 @@ def _straddles(vertices: Floats, plane: Ints, other: Ints, reach_mm: float) -> B
     return (height.max(axis=1) > reach_mm) & (height.min(axis=1) < -reach_mm)
 
 
-def _sides_through(vertices: Floats, faces: Ints, pairs: Ints, k: int, reach_mm: float) -> _Hits:
+def _sides_through(vertices: Floats, faces: Ints, pairs: Ints, k: int, reach_mm: float) -> _PiercedFaces:
     """Where the k-th side of the second face of each pair pierces the first."""
     corners = vertices[faces[pairs[:, 0]]]
     normal = _unit_normals(corners)
@@ -209,7 +209,7 @@ def _sides_through(vertices: Floats, faces: Ints, pairs: Ints, k: int, reach_mm:
     border = np.stack(ends, axis=1)
     border[least > reach_mm] = -1
     depth = np.where(least > reach_mm, np.minimum(off[rows], least), off[rows])
-    return _Hits(pairs, points, depth, border)[np.flatnonzero((least > -reach_mm) & (second > reach_mm))]
+    return _PiercedFaces(pairs, points, depth, border)[np.flatnonzero((least > -reach_mm) & (second > reach_mm))]
 
 
 def _inside_by(corners: Floats, normal: Floats, points: Floats, edge: int) -> Floats:
@@ -220,7 +220,7 @@ def _inside_by(corners: Floats, normal: Floats, points: Floats, edge: int) -> Fl
     return ((points - corners[:, edge]) * inward).sum(axis=1)
 
 
-def _gathered(hits: _Hits, order: Ints) -> Crossings:
+def _gathered(hits: _PiercedFaces, order: Ints) -> Crossings:
     """One crossing a pair of faces, at its deepest point, by the faces' own numbers."""
     at_border = hits.border[:, 0] >= 0
     rows = np.flatnonzero(at_border)

@@ -28,8 +28,8 @@ import numpy as np
 
 from .closing import repaired
 from .components import components
-from .edge_table import Edges
 from .folds import unfolded
+from .mesh_edges import MeshEdges
 from .self_crossings import Crossings, crossings
 from .solid import Bools, Floats, Ints, Mesh, PartError, mesh_from_arrays
 
@@ -89,7 +89,7 @@ def _alone(mesh: Mesh, lines: list[str]) -> Mesh:
 
 def shell_labels(mesh: Mesh) -> tuple[Ints, int]:
     """Which shell each face (m,) belongs to, and how many there are; shells that touch at a vertex are two."""
-    one, other = Edges.of(len(mesh.vertices), mesh.faces).pairs().T // 3
+    one, other = MeshEdges.of(len(mesh.vertices), mesh.faces).pairs().T // 3
     count, label = components(len(mesh.faces), one, other)
     return label, count
 

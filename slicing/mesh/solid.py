@@ -21,8 +21,8 @@ import numpy.typing as npt
 from ..arrays import Bools, Floats, Ints, PartError
 from ..warning import Code, Warning
 from .closing import closed_surface, repaired
-from .edge_table import edge_table
 from .face_measures import bounding_box, enclosed_volume, face_measures, face_normals
+from .mesh_edges import edges_of_faces
 
 __all__ = [
     "UNITS_MM",
@@ -34,8 +34,8 @@ __all__ = [
     "low_part_warnings",
     "mesh_from_arrays",
     "noise_of",
+    "require_few_faces",
     "require_near",
-    "require_size",
 ]
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
@@ -91,9 +91,9 @@ class Mesh:
         return np.ascontiguousarray(self.faces.T)
 
     @cached_property
-    def edge_table(self) -> tuple[Ints, Ints]:
+    def edges_and_sides(self) -> tuple[Ints, Ints]:
         """Undirected edges (e, 2), lower vertex first, and the (m, 3) edge of each face's k-th side."""
-        return edge_table(len(self.vertices), self.faces)
+        return edges_of_faces(len(self.vertices), self.faces)
 
     @property
     def bounding_spheres(self) -> tuple[Floats, Floats]:
@@ -124,7 +124,7 @@ def mesh_from_arrays(
         noise_mm: rounding of the coordinates, mm; found from the numbers when not given.
         units: what a length of 1 was before it was mm; for the line about an unlikely size.
         outward: whether a solid that is inside out is turned round, and one without a volume refused. Not of
-            shells that are looked at by themselves, as `slicing.mesh.load` does: some 10 µs a face.
+            shells that are examined by themselves, as `slicing.mesh.load` does: some 10 µs a face.
 
     Returns:
         The mesh.
@@ -137,7 +137,7 @@ def mesh_from_arrays(
     triangles = np.array(faces, dtype=np.int64).reshape(-1, 3)
     if len(points) == 0 or len(triangles) == 0:
         raise PartError(f"{name}: the mesh is empty; a closed solid is needed")
-    require_size(name, len(triangles))
+    require_few_faces(name, len(triangles))
     if triangles.min() < 0 or triangles.max() >= len(points):
         raise PartError(f"{name}: a face names a vertex outside 0 .. {len(points) - 1}")
     a, b, c = triangles.T
@@ -185,14 +185,14 @@ def _outward(name: str, points: Floats, faces: Ints, warnings: list[str]) -> Int
     return faces
 
 
-def require_size(name: str, faces: int) -> None:
+def require_few_faces(name: str, faces: int) -> None:
     """Refuse more faces than fit."""
     if faces > MOST_FACES:
         raise PartError(f"{name}: {faces:,} faces; at most {MOST_FACES:,} are taken: simplify the mesh first")
 
 
 def require_near(name: str, points: Floats) -> None:
-    """Refuse coordinates that no part has; what is not finite is looked at elsewhere."""
+    """Refuse coordinates that no part has; what is not finite is examined elsewhere."""
     farthest = float(np.abs(points[np.isfinite(points)]).max(initial=0.0))
     if farthest > FARTHEST_MM:
         raise PartError(f"{name}: coordinates up to {farthest:.3g} mm; at most {FARTHEST_MM:g} mm are taken")

@@ -140,7 +140,7 @@ def _evenly(points: Floats, count: int) -> Floats:
 
 
 def _nearest_face(points: Floats, triangles: Floats, centres: Floats, radii: Floats, allowed: np.ndarray) -> np.ndarray:
-    """For each point the nearest of its allowed triangles; spheres around them leave few to look at."""
+    """For each point the nearest of its allowed triangles; spheres around them leave few to examine."""
     away = np.sqrt(((points[:, None] - centres[None]) ** 2).sum(axis=2))
     surely = np.where(allowed, away + radii, np.inf).min(axis=1)
     point, face = np.nonzero(allowed & (away - radii <= surely[:, None]))

@@ -79,7 +79,7 @@ def nonuniform_layers(
         middle, width = span(curves, offset.axis_point)
         found = None
         if width < WIDE_RAD:
-            found = _flattest(cut, body, parameters, len(layers), _Arc(surface, middle, 0.5 * width))
+            found = _flattest(cut, body, parameters, len(layers), _MeetingArc(surface, middle, 0.5 * width))
         above, layer = found or (offset, make_layer(len(layers), offset, curves, surface, body, h))
         layers.append(layer)
         if isinstance(above, Plane):  # from here on the stack is planar
@@ -88,7 +88,7 @@ def nonuniform_layers(
 
 
 @dataclass(frozen=True)
-class _Arc:
+class _MeetingArc:
     """The arc over which the offset of a layer meets the sub-volume.
 
     Attributes:
@@ -119,7 +119,7 @@ class _Cutter:
     tolerance_mm: float
 
     def curves(self, surface: Cylinder | Plane) -> list[Curve]:
-        """Where a surface meets the mesh; only triangles as far from the body as it lies there are looked at."""
+        """Where a surface meets the mesh; only triangles as far from the body as it lies there are examined."""
         low, high = (mm - self.body.radius for mm in surface.away_from(self.body.axis_point, *self._sector))
         faces = self.intervals.between(low, high)
         return without_slivers(intersect(self.mesh, surface, self.tolerance_mm, faces=faces))
@@ -181,7 +181,7 @@ Flattened = tuple[Cylinder | Plane, Layer]
 
 
 def _flattest(
-    cut: _Cutter, body: CylindricalBody, parameters: SlicingParameters, index: int, arc: _Arc
+    cut: _Cutter, body: CylindricalBody, parameters: SlicingParameters, index: int, arc: _MeetingArc
 ) -> Flattened | None:
     """The flattest layer that keeps the thickness within h_min in the middle and h_max anywhere, and its surface.
 
@@ -207,7 +207,7 @@ def _flattest(
 
 
 def _at_height(
-    cut: _Cutter, body: CylindricalBody, parameters: SlicingParameters, index: int, arc: _Arc, height_mm: float
+    cut: _Cutter, body: CylindricalBody, parameters: SlicingParameters, index: int, arc: _MeetingArc, height_mm: float
 ) -> Flattened | None:
     """The layer with P2 at a height; None if it is thicker than h_max somewhere, or meets nothing."""
     surface = flattened(arc.below, parameters.h_layer_mm, arc.middle, arc.half, height_mm)

@@ -24,7 +24,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..curves.intersect import NUDGE_MM, Curve, intersect
-from ..layers.body_ends import NO_ENDS, between, closed_over, over_ends_mm3, reach_beyond, without_body
+from ..layers.body_ends import NO_ENDS, closed_over, over_ends_mm3, part_between_heights, reach_beyond, without_body
 from ..layers.layer import Body, Layer, SlicedSubVolume, require_layers
 from ..layers.thickness import resampled
 from ..mesh.solid import Floats, Mesh, PartError
@@ -36,7 +36,7 @@ from .cylindrical import cylindrical_layers, span
 from .nonuniform import nonuniform_layers
 from .planar import planar_layers
 
-THIN_SPACING_MM = 0.25  # at which beads are looked at for thin places
+THIN_SPACING_MM = 0.25  # at which beads are examined for thin places
 SQUARELY = 0.9  # cosine: caps of a root lie so near the body's surface; walls that lean out over it do not
 GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it, or as far as the surface that is there
 
@@ -92,7 +92,7 @@ def slice_sub_volume(
 
 def _on_body(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> Mesh:
     """The part of a sub-volume that has the body below it."""
-    part = between(mesh, z_mm)
+    part = part_between_heights(mesh, z_mm)
     if len(part.faces) == 0:
         raise PartError(
             f"{mesh.name}: lies wholly over the ends of the body ({body}, z {_rounded(z_mm)} mm), not on its side"

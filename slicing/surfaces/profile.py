@@ -138,14 +138,14 @@ class Profile:
         """
         return _offset_chain(self, float(by_mm), float(sagitta_mm))
 
-    def _pieces(self, by_mm: float) -> _Pieces:
+    def _pieces(self, by_mm: float) -> _ProfilePieces:
         """What the offset is made of: segments moved along their normals, circles about the points."""
         start, along, low, high = self._segments()
         rising = along[:, 1] > 0.0
         start, along, low, high = start[rising], along[rising], low[rising], high[rising]
         moved = start + by_mm * np.stack([along[:, 1], -along[:, 0]], axis=1)
         r, z = self.points.T
-        return _Pieces(
+        return _ProfilePieces(
             np.append(moved[:, 0], r),
             np.append(moved[:, 1], z),
             np.append(along[:, 0] / along[:, 1], np.full(len(r), math.nan)),
@@ -257,7 +257,7 @@ def _continued(points: Floats) -> Profile:
 
 
 @dataclass(frozen=True, eq=False)
-class _Pieces:
+class _ProfilePieces:
     """Functions r(z), one a row: lines r + slope (z - z0), or upper halves of circles where slope is NaN."""
 
     r: Floats
@@ -297,7 +297,7 @@ class _Pieces:
         return np.stack([first, second], axis=1)
 
 
-def _envelope(pieces: _Pieces, numbers: Ints) -> tuple[Floats, Ints]:
+def _envelope(pieces: _ProfilePieces, numbers: Ints) -> tuple[Floats, Ints]:
     """Upper envelope of pieces: bounds (k + 1,) of intervals of z, and (k,) which piece is on top (-1: none)."""
     if len(numbers) == 1:
         return np.array([pieces.low[numbers[0]], pieces.high[numbers[0]]]), numbers
@@ -332,7 +332,7 @@ def _lookup(bounds: Floats, on: Ints, z: Floats) -> Ints:
     return np.where((at < 0) | (at >= len(on)), -1, on[np.clip(at, 0, len(on) - 1)])
 
 
-def _flattened(pieces: _Pieces, bounds: Floats, on: Ints, radius: float, sagitta_mm: float) -> Floats:
+def _flattened(pieces: _ProfilePieces, bounds: Floats, on: Ints, radius: float, sagitta_mm: float) -> Floats:
     """Points (k, 2) of an envelope, arcs cut into chords; steps where neighbours differ at a bound."""
     most = max(2.0 * math.acos(max(1.0 - sagitta_mm / radius, -1.0)), 1e-3) if sagitta_mm < radius else math.pi / 2
     points: list[Floats] = []

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..mesh.solid import Bools, Floats, Ints
 from .chord_error import error, errors_through
-from .greedy_walk import Stretches, greedy_points
+from .greedy_walk import PolylineStretches, greedy_points
 
 CORNER_DEG = 30.0
 SPACING_MM = 0.02  # points of the fine curve closer than this are thinned out first
@@ -51,7 +51,7 @@ class BeadLine:
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class _PointsToWalk:
     """Points to walk along, from stop to stop or all the way round.
 
     Attributes:
@@ -95,27 +95,27 @@ def chosen_points(lines: Sequence[BeadLine], min_segment_mm: float) -> list[Ints
     return out
 
 
-def _runs(line: BeadLine, min_segment_mm: float) -> Iterator[_Run]:
+def _runs(line: BeadLine, min_segment_mm: float) -> Iterator[_PointsToWalk]:
     """What of a line is walked by itself."""
     n = len(line.points)
     if line.closed and not line.stops:
         number = _thinned(line.points)
         loop = line.points[np.append(number, number[0])]
-        yield _Run(number, loop, _corners(loop, min_segment_mm), True)
+        yield _PointsToWalk(number, loop, _corners(loop, min_segment_mm), True)
         return
     points = np.concatenate([line.points, line.points[:1]]) if line.closed else line.points
     last_one = len(points) - 1
     for first, last in pairwise(sorted({0, last_one, *(k for k in line.stops if 0 <= k <= last_one)})):
         if last == first + 1:  # nothing between them
-            yield _Run(np.array([first % n, last % n]), points[first : last + 1], [0], False)
+            yield _PointsToWalk(np.array([first % n, last % n]), points[first : last + 1], [0], False)
             continue
         number = np.arange(first, last + 1)
         number = number[_thinned_open(points[number])]
         own = points[number]
-        yield _Run(number % n, own, _corners(own, min_segment_mm), False)
+        yield _PointsToWalk(number % n, own, _corners(own, min_segment_mm), False)
 
 
-def _walked(runs: Sequence[tuple[_Run, float]], min_segment_mm: float) -> Iterator[list[int]]:
+def _walked(runs: Sequence[tuple[_PointsToWalk, float]], min_segment_mm: float) -> Iterator[list[int]]:
     """By run the places of its targets, its last point not among them."""
     if not runs:
         return
@@ -126,7 +126,7 @@ def _walked(runs: Sequence[tuple[_Run, float]], min_segment_mm: float) -> Iterat
     tolerance = np.array([tolerance_mm for _, tolerance_mm in runs])[of]
     size2 = np.array([float((np.ptp(run.line, axis=0) ** 2).sum()) for run, _ in runs])[of]
     columns = np.ascontiguousarray(np.concatenate([run.line for run, _ in runs]).T)
-    walked = iter(greedy_points(Stretches(columns, begin, end, tolerance, size2), min_segment_mm))
+    walked = iter(greedy_points(PolylineStretches(columns, begin, end, tolerance, size2), min_segment_mm))
     for (run, _), some, base in zip(runs, pieces, first.tolist(), strict=False):
         places: list[int] = []
         for _, last in some:

@@ -1,10 +1,10 @@
 """Greedy walks along many stretches of polylines at once: how far the next segment of each may reach.
 
-    walked = greedy_points(Stretches(columns, begin, end, tolerance_mm, size2), min_segment_mm=3.0)
+    walked = greedy_points(PolylineStretches(columns, begin, end, tolerance_mm, size2), min_segment_mm=3.0)
 
 Every stretch is walked by itself: from its beginning the segment reaches as far as doubling, then halving finds the
 line to stay within the tolerance of it, but no less than the least segment; the next one begins there. All stretches
-take each step together, and all that they ask for in a step is looked at in one go. Where rounding could decide, the
+take each step together, and all that they ask for in a step is examined in one go. Where rounding could decide, the
 exact distance (`slicing.targets.chord_error.error`) does, so that what else is walked along changes nothing.
 """
 
@@ -20,12 +20,12 @@ from .chord_error import error
 
 SLACK, ROUNDING = 1e-9, 1e-14  # of the squared tolerance, of the squared size: nearer than this `error` decides
 SAME_DISTANCE = 1e-9  # relative: distances that rounding may change
-LOOKS = 4  # points of a long segment that are looked at before all of them are
+LOOKS = 4  # points of a long segment that are examined before all of them are
 MANY_POINTS = 200_000
 
 
 @dataclass(frozen=True, eq=False)
-class Stretches:
+class PolylineStretches:
     """Stretches of polylines, all points in one table.
 
     Attributes:
@@ -34,7 +34,7 @@ class Stretches:
         end: (s,) its last point.
         tolerance_mm: (s,) how far its line may stray from a segment.
         size2: (s,) squared size of its line, mm².
-        at_once: points that are looked at in one go: bounds the memory.
+        at_once: points that are examined in one go: bounds the memory.
     """
 
     columns: Floats
@@ -45,7 +45,7 @@ class Stretches:
     at_once: int = MANY_POINTS
 
 
-def greedy_points(stretches: Stretches, min_segment_mm: float) -> list[list[int]]:
+def greedy_points(stretches: PolylineStretches, min_segment_mm: float) -> list[list[int]]:
     """Where the segments of each stretch begin.
 
     Args:
@@ -78,7 +78,7 @@ def _far(columns: Floats, i: Ints, j: Ints, min_segment_mm: float) -> Bools:
     return np.asarray(away2 > (1.0 + SAME_DISTANCE) * min_segment_mm**2)
 
 
-def _farthest(stretches: Stretches, rows: Ints, at: Ints) -> Ints:
+def _farthest(stretches: PolylineStretches, rows: Ints, at: Ints) -> Ints:
     """A last point (k,) for the segments of some stretches: doubling, then halving."""
     end = stretches.end[rows]
     good, reach = at + 1, np.full(len(rows), 2)
@@ -101,7 +101,7 @@ def _farthest(stretches: Stretches, rows: Ints, at: Ints) -> Ints:
     return good
 
 
-def _within(stretches: Stretches, rows: Ints, i: Ints, j: Ints) -> Bools:
+def _within(stretches: PolylineStretches, rows: Ints, i: Ints, j: Ints) -> Bools:
     """Whether lines stay within their tolerance of the segments from i to j."""
     out = np.ones(len(rows), dtype=bool)
     tolerance2 = stretches.tolerance_mm[rows] ** 2

@@ -3,7 +3,7 @@
     targets = sample_targets([sliced], chord_tolerance_mm=0.3, min_segment_mm=3.0)
     targets.position, targets.normal, targets.tangent          # (n, 3) each, part frame
 
-Order: sub-volume, layer, bead (path). Which beads there are, where they start and in which order they are laid is the
+Order: sub-volume, layer, bead. Which beads there are, where they start and in which order they are laid is the
 bead stage's (`slicing.beads.lay`): by default every curve of a layer is one, outer loops counter-clockwise seen from
 outside, holes clockwise, starting at the point nearest to a seam of the layer below. A closed bead ends where it
 starts: its first target is repeated as its last. An open one has both its ends. How points are chosen along a
@@ -39,20 +39,20 @@ class Targets:
         sub_volume: names of the sub-volumes.
         sub_volume_index: (n,) which of them.
         layer: (n,) layer number within the sub-volume.
-        path: (n,) bead number, counting over the whole part.
+        bead: (n,) bead number, counting over the whole part.
         position: (n, 3) mm, on the exact curve.
         normal: (n, 3) unit outward normal of the layer's surface, the direction of deposition.
         tangent: (n, 3) unit direction of travel, across the normal. At a corner that of the outgoing segment;
             at the last target of a bead that ends in a corner, of the incoming one.
         thickness_mm: (n,) of the bead down to the layer below, with what it takes over from the layer below.
-        closed: (paths,) whether each bead ends where it starts.
+        closed: (beads,) whether each bead ends where it starts.
         speed_mm_s: (n,) of the deposition; where left out, that of `BeadSpeed`'s default.
     """
 
     sub_volume: tuple[str, ...]
     sub_volume_index: Ints
     layer: Ints
-    path: Ints
+    bead: Ints
     position: Floats
     normal: Floats
     tangent: Floats
@@ -61,11 +61,11 @@ class Targets:
     speed_mm_s: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        if len(self.speed_mm_s) == 0 < len(self.path):
+        if len(self.speed_mm_s) == 0 < len(self.bead):
             object.__setattr__(self, "speed_mm_s", BeadSpeed().at(self.thickness_mm))
 
     def __len__(self) -> int:
-        return len(self.path)
+        return len(self.bead)
 
 
 def sample_targets(
@@ -152,7 +152,7 @@ def sample_beads(
 
 
 @dataclass(frozen=True, eq=False)
-class _Sampled:
+class _SampledBead:
     bead: Bead
     position: Floats
     normal: Floats
@@ -160,7 +160,7 @@ class _Sampled:
     thickness_mm: Floats
 
 
-def _sampled(sliced: SlicedSubVolume, bead: Bead, chosen: Ints) -> _Sampled:
+def _sampled(sliced: SlicedSubVolume, bead: Bead, chosen: Ints) -> _SampledBead:
     """Targets of a bead at chosen points; of a closed one the first repeated at the end."""
     points, surface = bead.points, sliced.layers[bead.layer].surface
     out = np.roll(points, -1, axis=0) - points
@@ -181,7 +181,7 @@ def _sampled(sliced: SlicedSubVolume, bead: Bead, chosen: Ints) -> _Sampled:
     ahead[-1] = -into[chosen[-1]]
     normals, tangents = _across(surface, points[chosen], ahead, normals, tangents)
     thickness = sliced.thickness_at(bead.layer, points[chosen]) + bead.gained_mm[chosen]
-    return _Sampled(bead, points[chosen], normals, tangents, thickness)
+    return _SampledBead(bead, points[chosen], normals, tangents, thickness)
 
 
 def _across(

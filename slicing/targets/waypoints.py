@@ -55,7 +55,7 @@ def travels(targets: Targets, retract_mm: float, axis_xy_mm: tuple[float, float]
     axis = np.append(axis_xy_mm, 0.0)
     away = np.hypot(*(targets.position - axis)[:, :2].T)
     outside = float(away.max()) + retract_mm
-    starts = np.flatnonzero(np.diff(targets.path)) + 1
+    starts = np.flatnonzero(np.diff(targets.bead)) + 1
     return [_way(targets, int(start), retract_mm, axis, outside) for start in starts]
 
 

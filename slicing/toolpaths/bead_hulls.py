@@ -33,7 +33,7 @@ def bead_hulls(targets: Targets, width_mm: float, *, below: bool = False) -> Ite
     first = first_deposits(targets)
     count: dict[int, int] = {}
     for bead in range(len(targets.closed)):
-        rows = slice(*np.searchsorted(targets.path, [bead, bead + 1]).tolist())
+        rows = slice(*np.searchsorted(targets.bead, [bead, bead + 1]).tolist())
         sub_volume = int(targets.sub_volume_index[rows.start])
         number = first[sub_volume] + int(targets.layer[rows.start])
         corners = _corners(targets, rows, width_mm, below)

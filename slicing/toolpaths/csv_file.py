@@ -57,7 +57,7 @@ OWN = ("index", "tx", "ty", "tz")  # written by rbam slice, found again from the
 
 
 @dataclass(frozen=True, eq=False)
-class _Table:
+class _CsvRows:
     """A table's rows as text.
 
     Attributes:
@@ -160,7 +160,7 @@ def read_toolpath(
     return Toolpath(targets, BeadParameters(width_mm=width_mm), (), metal == "below", told, str(file))
 
 
-def _read(file: Path) -> _Table:
+def _read(file: Path) -> _CsvRows:
     if not file.is_file():
         raise PartError(f"{file}: {'not a file' if file.exists() else 'no such file'}")
     if file.stat().st_size > MOST_BYTES:
@@ -189,7 +189,7 @@ def _read(file: Path) -> _Table:
     at = _places(file, header)
     columns = {name: [cells[k].strip() for _, cells in found] for name, k in at.items()}
     columns["_others"] = [name for k, name in enumerate(header) if k not in at.values() and name not in OWN]
-    return _Table(str(file), columns, [number for number, _ in found], delimiter != ",")
+    return _CsvRows(str(file), columns, [number for number, _ in found], delimiter != ",")
 
 
 def _places(file: Path, header: list[str]) -> dict[str, int]:
@@ -210,7 +210,7 @@ def _places(file: Path, header: list[str]) -> dict[str, int]:
     return at
 
 
-def _beads(table: _Table) -> tuple[Ints, Ints]:
+def _beads(table: _CsvRows) -> tuple[Ints, Ints]:
     """Bead of every row, and the rows that are welded."""
     n = len(table.line)
     on = np.ones(n, dtype=bool)
@@ -237,7 +237,7 @@ def _beads(table: _Table) -> tuple[Ints, Ints]:
     return np.cumsum(np.diff(on.astype(np.int64), prepend=0) == 1) - 1, rows
 
 
-def _normals(table: _Table, position: Floats, normal: str | None) -> Floats:
+def _normals(table: _CsvRows, position: Floats, normal: str | None) -> Floats:
     if table.has("nx", "ny", "nz"):
         given = np.stack([table.numbers(name) for name in ("nx", "ny", "nz")], axis=1)
     elif normal == "up":
@@ -256,7 +256,7 @@ def _normals(table: _Table, position: Floats, normal: str | None) -> Floats:
     return np.asarray(given / length[:, None])
 
 
-def _given(table: _Table, name: str, rows: Ints, default: float | None, key: str) -> Floats:
+def _given(table: _CsvRows, name: str, rows: Ints, default: float | None, key: str) -> Floats:
     """A column of which the rows that are welded are above 0, (rows,); the default where the table has none."""
     if not table.has(name):
         if default is None:
@@ -309,7 +309,7 @@ def _tangents(bead: Ints, p: Floats, n: Floats, closed: Bools) -> Floats:
     return np.asarray(out / np.linalg.norm(out, axis=1)[:, None])
 
 
-def _passed_over(table: _Table) -> tuple[Warning, ...]:
+def _passed_over(table: _CsvRows) -> tuple[Warning, ...]:
     others = table.columns["_others"]
     if not others:
         return ()

@@ -30,7 +30,7 @@ def first_over_itself(targets: Targets, width_mm: float) -> dict[int, int]:
     """
     found = {}
     for bead in range(len(targets.closed)):
-        first, stop = np.searchsorted(targets.path, [bead, bead + 1]).tolist()
+        first, stop = np.searchsorted(targets.bead, [bead, bead + 1]).tolist()
         mine = slice(first, stop)
         over = _over_itself(targets.position[mine], targets.normal[mine], targets.thickness_mm[mine], width_mm)
         if over is not None:

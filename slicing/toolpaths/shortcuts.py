@@ -1,7 +1,7 @@
 """From a mesh to a toolpath in three calls, for scripts and notebooks.
 
     mesh = load("blade.stl", units="mm")
-    sliced = slice(mesh, Cylinder(radius_mm=20), strategy="nonuniform", h_layer_mm=1.73)
+    sliced = slice(mesh, CylindricalBody(radius_mm=20), strategy="nonuniform", h_layer_mm=1.73)
     path = lay([sliced], pattern="zigzag", width_mm=5)
     path.targets.position                                   # (n, 3) mm, in the order of deposition
 
@@ -19,13 +19,12 @@ from ..mesh.load import load_mesh
 from ..mesh.solid import Mesh
 from ..parameters import BeadParameters, SlicingParameters, Strategy
 from ..strategies.slice import slice_sub_volume
-from ..surfaces.bodies import Body, ConicalBody, CylindricalBody
+from ..surfaces.bodies import Body
 from ..targets.speeds import BeadSpeed
 from ..targets.targets import sample_beads
 from .toolpath import Toolpath
 
 load = load_mesh
-Cylinder, Cone = CylindricalBody, ConicalBody  # short names of the bodies that have them
 
 
 def slice(mesh: Mesh, body: Body, strategy: Strategy = "nonuniform", **parameters: Any) -> SlicedSubVolume:

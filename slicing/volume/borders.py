@@ -1,4 +1,4 @@
-"""The borders of layers held against the solid: how long they are, how many loops, and whether they enclose anything.
+"""The borders of layers compared with the solid: how long they are, how many loops, and whether they enclose anything.
 
     lines = hold_borders("SV1", mesh, layers, cut_mm)   # one typed line for each layer that does not fit
 
@@ -26,7 +26,7 @@ from ..curves.loops import Curve
 from ..layers.layer import Layer
 from ..layers.outside_body import region_of
 from ..mesh.components import components
-from ..mesh.edge_table import edge_table
+from ..mesh.mesh_edges import edges_of_faces
 from ..mesh.solid import Floats, Ints, Mesh
 from ..surfaces.offsets import Offsets
 from ..surfaces.surfaces import Cone, Cylinder, Plane, Surface
@@ -45,7 +45,7 @@ BESIDE_MM = 0.02  # how far beside a border it is looked whether there is materi
 
 
 @dataclass(frozen=True, eq=False)
-class _Fine:
+class _FineMesh:
     """A mesh whose faces are small enough to be cut straight."""
 
     vertices: Floats
@@ -65,7 +65,7 @@ def hold_borders(name: str, mesh: Mesh, layers: Sequence[Layer], cut_mm: Sequenc
         Lines of the codes `layer_length`, `layer_loops` and `layer_seam`.
     """
     side = _largest_side(mesh, layers)
-    fine = _divided(_Fine(mesh.vertices, mesh.faces), side)
+    fine = _divided(_FineMesh(mesh.vertices, mesh.faces), side)
     lines: list[Warning] = []
     for layer, at in zip(layers, cut_mm, strict=True):
         told = _against_solid(name, fine, layer, at)
@@ -89,11 +89,11 @@ def _largest_side(mesh: Mesh, layers: Sequence[Layer]) -> float:
     return max(math.sqrt(8.0 * SAGITTA_MM * radius), LEAST_SIDE * float(np.ptp(mesh.bounds, axis=0).max()))
 
 
-def _divided(mesh: _Fine, most_mm: float, near: Surface | None = None) -> _Fine:
+def _divided(mesh: _FineMesh, most_mm: float, near: Surface | None = None) -> _FineMesh:
     """Faces with no side longer than most_mm, near a surface if one is given; neighbours stay neighbours."""
     vertices, faces = mesh.vertices, mesh.faces
     while math.isfinite(most_mm) and len(faces) < MOST_FACES:
-        edges, of_side = edge_table(len(vertices), faces)
+        edges, of_side = edges_of_faces(len(vertices), faces)
         a, b = vertices[edges[:, 0]], vertices[edges[:, 1]]
         length = np.sqrt(((b - a) ** 2).sum(axis=1))
         long = length > most_mm
@@ -105,7 +105,7 @@ def _divided(mesh: _Fine, most_mm: float, near: Surface | None = None) -> _Fine:
         number = len(vertices) + np.cumsum(long) - 1
         vertices = np.concatenate([vertices, 0.5 * (a[long] + b[long])])
         faces = _halved(faces, np.where(long, number, -1)[of_side])
-    return _Fine(vertices, faces)
+    return _FineMesh(vertices, faces)
 
 
 def _halved(faces: Ints, middle: Ints) -> Ints:
@@ -177,7 +177,7 @@ def reaches(layer: Layer) -> tuple[float, ...]:
     return (0.1, 1.0) if layer.on_body else (-0.1, 0.1, -1.0, 1.0)
 
 
-def _against_solid(name: str, fine: _Fine, layer: Layer, cut_mm: float) -> list[Warning]:
+def _against_solid(name: str, fine: _FineMesh, layer: Layer, cut_mm: float) -> list[Warning]:
     """Lines if the length or the number of a layer's loops fits no section of the solid near its surface."""
     own = np.array([curve.length_mm for curve in layer.curves])
     total, count = float(own.sum()), int((own > SHORT_MM).sum())

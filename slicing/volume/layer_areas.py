@@ -1,4 +1,4 @@
-"""The layers of a sub-volume held against its own volume, and every layer's area against the solid itself.
+"""The layers of a sub-volume compared with its own volume, and every layer's area against the solid itself.
 
     held = hold_volume(sliced)
     held.volume_mm3, held.laid_mm3      # of the sub-volume outside the body; area times thickness of its layers
@@ -21,8 +21,8 @@ volume a line says so, and why where that can be told.
 
 How the fluxes are summed: `slicing.volume.solid_flux`. A layer is reported only if its area fits no surface within
 REACH_MM of its
-own: grazing tops move far. Layers on shoulders and end faces of a revolved body are not looked at by themselves: the
-field runs along them. Borders, also those that enclose no area, are looked at by `slicing.volume.borders`.
+own: grazing tops move far. Layers on shoulders and end faces of a revolved body are not examined by themselves: the
+field runs along them. Borders, also those that enclose no area, are examined by `slicing.volume.borders`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from functools import singledispatch
 
 import numpy as np
 
-from ..layers.body_ends import NO_ENDS, between, over_ends_mm3, without_body
+from ..layers.body_ends import NO_ENDS, over_ends_mm3, part_between_heights, without_body
 from ..layers.layer import Layer, SlicedSubVolume
 from ..layers.outside_body import region_of
 from ..layers.poles import poles
@@ -100,7 +100,7 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
         flux = SolidFlux.of(mesh)
     if ends_count and layers[0].on_body:
         # the first layer ends with the body
-        root = SolidFlux.of(between(mesh, sliced.body_z_mm))
+        root = SolidFlux.of(part_between_heights(mesh, sliced.body_z_mm))
         first, rest_of = _held(sliced.name, root, layers[:1]), _held(sliced.name, flux, layers[1:])
         area, lines = np.append(first[0], rest_of[0]), (*first[1], *rest_of[1])
     else:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class SolidFaces:
 
     mesh: Mesh
     limit_mm: float = 0.0
-    _divided: dict[tuple[bool, float], Any] = field(default_factory=dict)
+    _divided: dict[tuple[bool, float], Self | None] = field(default_factory=dict)
 
     @classmethod
     def of(cls, mesh: Mesh) -> Self:

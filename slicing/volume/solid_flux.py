@@ -12,7 +12,7 @@ surfaces of revolution (x, y, 0) / rho² about their axis, which passes a ring o
 Faces are divided until a round surface leaves them by no more than SAG_MM: for cylinders only across the axis, for
 planes not at all. Those cut by the surface count by the share of them beyond it, as if it were plane there.
 
-Every face is looked at for every family of offsets, but only those that a level cuts closely: the number of levels
+Every face is examined for every family of offsets, but only those that a level cuts closely: the number of levels
 below a vertex says of all others how many they lie beyond. Sums over faces are taken by columns (see
 `slicing.mesh.face_measures`).
 """
@@ -34,7 +34,7 @@ from .flux_fields import field_of, round_field_of
 from .solid_faces import SolidFaces
 
 FAR_AXIS = 1.1  # an axis this often as far from the solid's middle as its corners is beside it
-MOST_LEVELS, MOST_FAMILIES = 255, 8  # that are looked at together: how many lie below a vertex is one byte each
+MOST_LEVELS, MOST_FAMILIES = 255, 8  # that are examined together: how many lie below a vertex is one byte each
 FEW_LEVELS = 6  # up to here comparing is faster than searching
 
 
@@ -82,7 +82,7 @@ class SolidFlux(SolidFaces):
     def deepest(self, surface: Round, deeper_than_mm: float = math.inf) -> float:
         """Least distance from a round surface, mm, below 0 inside; of the axis where it enters the solid.
 
-        It is exact where it is less than `deeper_than_mm`; else nothing is. Only faces are looked at that may reach
+        It is exact where it is less than `deeper_than_mm`; else nothing is. Only faces are examined that may reach
         deeper than that, and than their corners.
         """
         vertices = self.mesh.vertices

@@ -6,7 +6,7 @@ from support.jobs.cases import at, bosses, radial, turned
 from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.job.job import prepare
-from cell.planning.configurations import evaluate
+from cell.planning.configurations import nodes_at_rolls
 from cell.verdict.check import check_fixed
 from cell.verdict.words import in_words
 
@@ -24,7 +24,7 @@ def free_nodes(result, i):
     """Configurations of a target that keep limits, margins and clearance, and their groups."""
     job = result.job
     here = result.placed.rows([i])
-    nodes = evaluate(job.solver, here, job.window, np.deg2rad(15), job.singularity_limits)
+    nodes = nodes_at_rolls(job.solver, here, job.window, np.deg2rad(15), job.singularity_limits)
     index = np.argwhere(np.isfinite(nodes.cost[0]))
     q = nodes.q[0][tuple(index.T)]
     found = Checker(job.scene, result.table, 0.02).clearances(q, np.full(len(q), job.deposits_before[i]))

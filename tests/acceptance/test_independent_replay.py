@@ -86,7 +86,7 @@ def test_a_helix_of_one_endless_bead(tmp_path: Path) -> None:
     assert np.rad2deg(result.gravity).max() <= 10.0
     assert Bystander(result).problems() == []
     # every place of the helix is welded: the pieces meet
-    beads = int(targets.path.max()) + 1
+    beads = int(targets.bead.max()) + 1
     assert beads == 3
     assert np.unique(result.motion.bead[result.motion.arc == 1]).tolist() == list(range(beads))
 

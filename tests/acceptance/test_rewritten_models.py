@@ -20,12 +20,12 @@ from support.cells.cell_models import (
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker
-from cell.collision.table import table_alone
+from cell.collision.table_clearances import table_alone
 from cell.collision.wire import wire_checker
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.job.wire_in_metal import wire_size
-from cell.scene.composition import Piece
+from cell.scene.composition import BodyOwner
 from cell.verdict.check import check_fixed
 from slicing.warning import Code
 
@@ -94,8 +94,8 @@ def left_out(scene):
     """Pairs of a tool's and an arm's shape that MuJoCo reports in no configuration though they touch in some."""
     model = scene.model
     hard = scene.contact_bits.any(axis=0)
-    tools = np.flatnonzero(hard & (scene.piece_of_geom == Piece.TOOL)).tolist()
-    arms = np.flatnonzero(hard & (scene.piece_of_geom == Piece.ROBOT) & ~scene.tool_geom).tolist()
+    tools = np.flatnonzero(hard & (scene.piece_of_geom == BodyOwner.TOOL)).tolist()
+    arms = np.flatnonzero(hard & (scene.piece_of_geom == BodyOwner.ROBOT) & ~scene.tool_geom).tolist()
     data = mujoco.MjData(model)
     touching, reported = set(), set()
     for q in np.random.default_rng(5).uniform(scene.chain.lower, scene.chain.upper, (300, 6)):

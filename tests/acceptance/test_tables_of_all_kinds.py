@@ -38,7 +38,7 @@ def test_a_flange_right_round_a_shaft_is_welded_in_pieces(tmp_path: Path) -> Non
     beads = np.unique(motion.bead[motion.arc == 1])
     assert len(beads) == 2
     # the pieces meet, and together they go right round
-    p, path = result.job.targets.position, result.job.targets.path
+    p, path = result.job.targets.position, result.job.targets.bead
     ends = [p[path == k][[0, -1]] for k in beads.tolist()]
     assert np.allclose(ends[0][1], ends[1][0])
     assert np.allclose(ends[1][1], ends[0][0], atol=1e-6)

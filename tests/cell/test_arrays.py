@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cell.arrays import counted, distinct
+from cell.arrays import distinct, repeat_with_index
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -20,6 +20,6 @@ def test_rows_that_differ_are_those_that_numpy_finds(seed):
 
 
 def test_places_are_counted_through():
-    which, place = counted(np.array([2, 0, 3]))
+    which, place = repeat_with_index(np.array([2, 0, 3]))
     assert which.tolist() == [0, 0, 2, 2, 2]
     assert place.tolist() == [0, 1, 0, 1, 2]

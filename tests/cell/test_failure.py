@@ -18,10 +18,10 @@ from cell.failure import (
     CollisionPlace,
     Contact,
     Failure,
+    FailurePlace,
     Kind,
     LaidLayer,
     OverhangArea,
-    Place,
     RollBetween,
     SearchEffort,
     SlowdownCause,
@@ -32,8 +32,8 @@ from cell.verdict.failure_words import failure_in_words
 from cell.verification.bead_order import REASONS as OF_ROWS
 
 PAIR = Contact(("a", "b"), (1.0, 2.0, 3.0))
-BEAD = Place(Where.BEAD, target=4, from_target=3)
-TRAVEL = Place(Where.TRAVEL, target=4, from_target=3, to_target=4)
+BEAD = FailurePlace(Where.BEAD, target=4, from_target=3)
+TRAVEL = FailurePlace(Where.TRAVEL, target=4, from_target=3, to_target=4)
 LIMIT = Failure(Kind.JOINT_LIMIT, 2.1, axis="A5")
 HIT = Failure(Kind.COLLISION, -1.0, 5.0, contact=PAIR)
 WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
@@ -112,12 +112,12 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
         },
     ),
     (
-        Failure(Kind.UNREACHABLE, place=Place(Where.FROM_HOME, to_target=0, at_home=True)),
+        Failure(Kind.UNREACHABLE, place=FailurePlace(Where.FROM_HOME, to_target=0, at_home=True)),
         "no_path",
         {"from": "home", "travel": True, "to_target": 0, "on_the_way": "unreachable", "at_home": True},
     ),
     (
-        Failure(Kind.UNREACHABLE, place=Place(Where.TO_HOME, from_target=9)),
+        Failure(Kind.UNREACHABLE, place=FailurePlace(Where.TO_HOME, from_target=9)),
         "no_path",
         {"from_target": 9, "travel": True, "to": "home", "on_the_way": "unreachable"},
     ),
@@ -145,7 +145,9 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
         },
     ),
     (
-        Failure(Kind.DEPOSITION_SPEED, 0.5, 0.9, cause=SlowdownCause("", 2.0), place=Place(Where.ROWS, from_target=3)),
+        Failure(
+            Kind.DEPOSITION_SPEED, 0.5, 0.9, cause=SlowdownCause("", 2.0), place=FailurePlace(Where.ROWS, from_target=3)
+        ),
         "speed",
         {"by": "deposition", "from_target": 3, "share": 0.5, "limit": 0.9, "seconds": 2.0},
     ),
@@ -186,7 +188,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
     (Failure(Kind.GOES_BACK, 1.0, place=IN_ROWS), "order", {"goes_back_mm": 1.0}),
     (Failure(Kind.SKIPS, 1.0, place=IN_ROWS), "order", {"skips_mm": 1.0}),
     (
-        Failure(Kind.NOT_WELDED, place=Place(Where.ROWS, target=2, to_target=5)),
+        Failure(Kind.NOT_WELDED, place=FailurePlace(Where.ROWS, target=2, to_target=5)),
         "not_welded",
         {"target": 2, "to_target": 5},
     ),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.cells.arms import kr70
 
 from ik.bead_path import OTHERS
-from ik.bead_path_quick import Bounds, cheapest, prices, standings, steadiest, unwound
+from ik.bead_path_quick import Bounds, cheapest, lowest_angles, prices, steadiest, with_whole_turns
 from ik.joint_turns import with_turns
 from ik.roll import wrap
 
@@ -24,7 +24,7 @@ def test_standings_are_the_lowest_of_all_turns(seed):
     raw = rng.uniform(-np.pi, np.pi, (3, 2, 4, 6))
     raw[..., 1:3] = rng.uniform(CHAIN.lower[1:3] - 0.3, CHAIN.upper[1:3] + 0.3, (3, 2, 4, 2))
     raw[rng.random((3, 2, 4)) < 0.2] = np.nan
-    q, inside, room = standings(CHAIN, raw)
+    q, inside, room = lowest_angles(CHAIN, raw)
     every = np.swapaxes(with_turns(CHAIN, raw), 1, 2)  # (t, g, r, k, j)
     exists = np.isfinite(every[..., 0])
     assert np.array_equal(inside, exists.any(axis=-1))
@@ -86,7 +86,7 @@ def test_whole_turns_come_out_of_the_way():
     way[:, 5] = np.deg2rad(-150 + 10.0 * np.arange(41))
     lowest = way.copy()
     lowest[:, 5] = CHAIN.lower[5] + (way[:, 5] - CHAIN.lower[5]) % (2 * np.pi)
-    q = unwound(CHAIN, lowest, None)
+    q = with_whole_turns(CHAIN, lowest, None)
     assert np.abs(np.diff(q, axis=0)).max() == pytest.approx(np.deg2rad(10))
     assert np.all(q >= CHAIN.lower)
     assert np.all(q <= CHAIN.upper)
@@ -94,14 +94,14 @@ def test_whole_turns_come_out_of_the_way():
     # it begins at the turn nearest to where the arm comes from, as far as the way leaves a choice
     short = lowest[:5]
     for before in (np.deg2rad(-160.0), np.deg2rad(200.0)):
-        near = unwound(CHAIN, short, np.array([0, 0, 0, 0, 0, before]))
+        near = with_whole_turns(CHAIN, short, np.array([0, 0, 0, 0, 0, before]))
         assert abs(near[0, 5] - before) <= np.pi
     # twice round is more than it has
     way = np.tile(way, (2, 1))
     way[:, 5] = np.deg2rad(-340 + 10.0 * np.arange(82))
     lowest = way.copy()
     lowest[:, 5] = CHAIN.lower[5] + (way[:, 5] - CHAIN.lower[5]) % (2 * np.pi)
-    assert unwound(CHAIN, lowest, None) is None
+    assert with_whole_turns(CHAIN, lowest, None) is None
 
 
 def test_a_roll_that_is_best_held_is_what_the_search_of_all_finds():

@@ -225,11 +225,11 @@ def test_an_opposed_wire_is_half_a_turn_away():
 
 def test_seeds_are_spread_inside_the_limits_and_repeat():
     chain = welder()
-    seeds = dls.spread(chain, 64)
+    seeds = dls.seeds_within_limits(chain, 64)
     assert ((seeds > chain.lower) & (seeds < chain.upper)).all()
     np.testing.assert_allclose(seeds[0], (chain.lower + chain.upper) / 2)
-    np.testing.assert_array_equal(dls.spread(chain, 16), seeds[:16])
-    assert np.abs(dls.spread(chain, 16, rng_seed=1) - seeds[:16])[1:].min() > 0
+    np.testing.assert_array_equal(dls.seeds_within_limits(chain, 16), seeds[:16])
+    assert np.abs(dls.seeds_within_limits(chain, 16, rng_seed=1) - seeds[:16])[1:].min() > 0
     # each half of each joint's range gets its share
     assert (np.abs((seeds > seeds[0]).mean(axis=0) - 0.5) < 0.1).all()
 

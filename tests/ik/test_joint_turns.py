@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.cells.arms import kr70, offset_wrist_arm, random_class_arm, replaced, sampled, seven_joint_arm, welder
 
-from ik.joint_turns import excess, standings, with_turns
+from ik.joint_turns import excess, turn_combinations, with_turns
 from ik.roll import RollWindow, apply_roll, roll_of, wrap
 from ik.singularity import KINDS, SingularityLimits, least_singular_value, margins, smallest_singular_value
 from ik.spherical_wrist import recognise
@@ -82,7 +82,7 @@ def test_no_number_stays_none():
     assert np.isnan(with_turns(kr70(), q)).all()
     assert np.isnan(excess(kr70(), q)).all()
     assert with_turns(kr70(), q, packed=True).shape == (3, 2, 1, 6)
-    assert with_turns(kr70(), q).shape == (3, 2, len(standings(kr70())), 6)
+    assert with_turns(kr70(), q).shape == (3, 2, len(turn_combinations(kr70())), 6)
     assert with_turns(kr70(), np.empty((0, 6)), packed=True).shape == (0, 1, 6)
 
 

@@ -18,8 +18,8 @@ from support.cells.arms import (
 
 from cell.case.read import load_case
 from cell.job.job import prepare
-from cell.planning.configurations import evaluate
-from cell.scene.placement import place
+from cell.planning.configurations import nodes_at_rolls
+from cell.scene.placement import place_targets
 from ik.closed_form import solve, wrist_centre
 from ik.joint_turns import with_turns
 from ik.reachability_proof import REACHABLE, UNDECIDED, UNREACHABLE, certify
@@ -202,9 +202,9 @@ def test_hardly_a_target_of_the_shipped_arm_is_left_open(job):
 @pytest.mark.parametrize("degrees", [None, (-90, 90), (-60, -60), (30, 30)])
 def test_the_propeller_agrees_with_sampled_candidates(job, table, degrees):
     window = FREE if degrees is None else RollWindow(*np.deg2rad(degrees))
-    placed = place(job.targets, job.scene.T_base_part(*np.deg2rad(table)))
+    placed = place_targets(job.targets, job.scene.T_base_part(*np.deg2rad(table)))
     solver, limits = job.solver, job.singularity_limits
-    nodes = evaluate(solver, placed, window, np.deg2rad(30), limits)
+    nodes = nodes_at_rolls(solver, placed, window, np.deg2rad(30), limits)
     sampled_in = np.isfinite(nodes.cost).any(axis=(1, 2, 3))
     Ts = placed.Ts_base_target
     found = certify(solver.chain, Ts, window, limits, form_of(solver.chain))

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.paths import ROOT
 
-from cell.mjcf.torch import ALLOWED, TorchDimensions, shape_torch, tcp_in_flange
+from cell.mjcf.torch import ALLOWED, TorchDimensions, shape_torch, tcp_of_dimensions
 
 XML = ROOT / "models" / "cmt_torch" / "cmt_torch.xml"
 CHAIN = [
@@ -85,7 +85,7 @@ def test_the_shipped_file_is_the_default_dimensions() -> None:
     np.testing.assert_allclose(da.geom_xmat, db.geom_xmat, atol=1e-6)
     np.testing.assert_allclose(a.geom_size, b.geom_size, atol=2e-9)
     np.testing.assert_allclose(a.mesh_vert, b.mesh_vert, atol=1e-8)
-    np.testing.assert_allclose(site_pose(da), tcp_in_flange(TorchDimensions()), atol=1e-12)
+    np.testing.assert_allclose(site_pose(da), tcp_of_dimensions(TorchDimensions()), atol=1e-12)
 
 
 @pytest.mark.slow
@@ -93,13 +93,13 @@ def test_the_shipped_file_is_the_default_dimensions() -> None:
 @given(d=torches)
 def test_any_torch_has_its_tcp_where_the_closed_form_says_and_hangs_together(d: TorchDimensions) -> None:
     model, data = compiled(d)
-    np.testing.assert_allclose(site_pose(data), tcp_in_flange(d), atol=1e-12)
+    np.testing.assert_allclose(site_pose(data), tcp_of_dimensions(d), atol=1e-12)
     for a, b in itertools.pairwise(CHAIN):
         assert gap(model, data, a, b) <= 1e-6, (a, b)
     assert gap(model, data, "torch_body", "torch_hose") < 0
     # The bend's centre line, offset by the neck's radius to every side, stays inside the capsules.
     for angle in np.linspace(0, d.neck_angle_deg, 23):
-        elbow = tcp_in_flange(replace(d, neck_angle_deg=float(angle)))
+        elbow = tcp_of_dimensions(replace(d, neck_angle_deg=float(angle)))
         straight = (d.neck_straight_mm + d.nozzle_length_mm + d.stick_out_mm) * 1e-3
         centre = elbow[:3, 3] - straight * elbow[:3, 2]
         to_axis = [np.linalg.norm(centre - p) for i in range(1, 5) for p in axis_points(model, data, f"torch_neck_{i}")]
@@ -114,7 +114,7 @@ def axis_points(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> np.nda
 
 
 def test_the_wire_points_53_degrees_off_the_flange() -> None:
-    T = tcp_in_flange(TorchDimensions())
+    T = tcp_of_dimensions(TorchDimensions())
     s, c = np.sin(np.radians(53)), np.cos(np.radians(53))
     np.testing.assert_allclose(T[:3, 2], [s, 0, c], atol=1e-15)
     np.testing.assert_allclose(T[:3, 0], [c, 0, -s], atol=1e-15)
@@ -130,7 +130,7 @@ def test_the_wire_ends_at_the_tcp() -> None:
 
 def test_stick_out_moves_the_tcp_along_the_wire_alone() -> None:
     short, long = TorchDimensions(stick_out_mm=10), TorchDimensions(stick_out_mm=18.5)
-    a, b = tcp_in_flange(short), tcp_in_flange(long)
+    a, b = tcp_of_dimensions(short), tcp_of_dimensions(long)
     np.testing.assert_allclose(
         np.linalg.inv(a) @ b, [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 8.5e-3], [0, 0, 0, 1]], atol=1e-15
     )
@@ -170,7 +170,7 @@ def test_reshaping_a_compiled_spec_works_again_and_again() -> None:
         model = spec.compile()
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
-        np.testing.assert_allclose(site_pose(data), tcp_in_flange(d), atol=1e-12)
+        np.testing.assert_allclose(site_pose(data), tcp_of_dimensions(d), atol=1e-12)
 
 
 @pytest.mark.parametrize("key", sorted(ALLOWED))

@@ -2,10 +2,10 @@
 
     radius = radii(scene)                                               # (n,) m
     open_at = unproven_steps(checker, radius, q, deposits_laid, found, least=0.005)   # steps on which it is not proved
-    row, nearest = least_on_the_way(checker, radius, q, deposits_laid, found)         # how near it comes
+    row, nearest = least_between_samples(checker, radius, q, deposits_laid, found)         # how near it comes
 
 A step keeps a clearance if what the clearances at its ends are beyond it adds up to more than the longest way any point
-of the arm can travel on it; otherwise it is halved, and its middle looked at. What is still open after the last halving
+of the arm can travel on it; otherwise it is halved, and its middle checked. What is still open after the last halving
 counts as not kept.
 
 Source: Schwarzer, Saha, Latombe, Adaptive dynamic collision checking for single and multiple articulated robots in
@@ -100,14 +100,14 @@ def halved(
             new, row = np.unique(steps.step[hit], return_index=True)
             hits.append(new)
             what.append(seen.rows(np.flatnonzero(hit)[row]))
-        # a motion that is known not to be free is not looked at any further; all others are
+        # a motion that is known not to be free is not checked any further; all others are
         on = ~np.isin(motion[steps.step], motion[steps.step[hit]])
         steps = steps.rows(on).halves(middle[on], dm[on])
     left = np.unique(steps.step[_open(checker, radius, steps.a, steps.b, steps.beyond(least))])
     return left, np.concatenate(hits), Clearances.joined(what)
 
 
-def least_on_the_way(
+def least_between_samples(
     checker: SeesClearances,
     radius: Floats,
     q: Floats,
@@ -213,7 +213,7 @@ class _Nearest:
 
 
 def _halve(checker: SeesClearances, radius: Floats, steps: OpenSteps, nearest: _Nearest) -> None:
-    """Look at the middles of steps for what is nearer, until no step can hold anything."""
+    """Check the middles of steps for what is nearer, until no step can hold anything."""
     for _ in range(HALVINGS):
         if not len(steps.step):
             return

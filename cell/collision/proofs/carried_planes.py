@@ -1,6 +1,6 @@
 """Planes that move with a shape of the arm, beside which stands what stands still.
 
-    held = CarriedPlanes(links).over(poses, bends, pairs, cells)       # of each pair at each sample of its cell
+    held = CarriedPlanes(links).over(poses, bends, pairs, clusters)       # of each pair at each sample of its cluster
 
 A plane that stands still where a torch is over a curved part holds for a few millimetres of its way; one that is
 carried along turns with it, as the part's surface does. How far what stands still reaches over it is a product of its
@@ -20,7 +20,7 @@ from ...arrays import Ints
 from ..near_pairs import NearPairs
 from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
 from .motion_bounds import OFF_PARABOLA
-from .proof_cells import ProofCells
+from .step_clusters import StepClusters
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,13 +28,13 @@ class PairsBelow:
     """Pairs of a shape of the arm and what stands still.
 
     Attributes:
-        cell: whose they are, (p,).
+        cluster: whose they are, (p,).
         geom: the shape of the arm, (p,).
         other: what stands still, (p,).
-        normal: from that towards the shape in the sample that was looked at, base frame, (p, 3).
+        normal: from that towards the shape in the sample that was checked, base frame, (p, 3).
     """
 
-    cell: Ints
+    cluster: Ints
     geom: Ints
     other: Ints
     normal: Floats
@@ -102,30 +102,30 @@ class CarriedPlanes:
         self._length = float(np.linalg.norm(links.chain.origins[:, :3, 3], axis=1).sum())
 
     def over(
-        self, poses: LinkPoses, bends: StepBends, pairs: PairsBelow, cells: ProofCells
+        self, poses: LinkPoses, bends: StepBends, pairs: PairsBelow, clusters: StepClusters
     ) -> tuple[Ints, Ints, Floats]:
-        """How far pairs are apart at the samples of their cells, less what may be missing between the samples.
+        """How far pairs are apart at the samples of their clusters, less what may be missing between the samples.
 
         Args:
             poses: at the samples.
             bends: of the steps.
             pairs: the pairs; none of the others is endless.
-            cells: of the steps.
+            clusters: of the steps.
 
         Returns:
-            Pair, place among the cells' samples, and distance over its plane at least on the steps of the cell that
+            Pair, place among the clusters' samples, and distance over its plane at least on the cluster's steps that
             begin or end there, (c,) each, m.
         """
         links = self._links
         joint = links.owner[pairs.geom]
-        normal = seen_from(poses.axes_of(joint, cells.at[pairs.cell]), pairs.normal.T)
+        normal = seen_from(poses.axes_of(joint, clusters.at[pairs.cluster]), pairs.normal.T)
         above = -links.reach(pairs.geom, -normal)
-        which, at = cells.samples_of(pairs.cell)
-        sample, link = cells.sample[at], joint[which]
+        which, at = clusters.samples_of(pairs.cluster)
+        sample, link = clusters.sample[at], joint[which]
         outward = as_seen(poses.axes_of(link, sample), normal.take(which, axis=1))
         below = links.reach(pairs.other[which], outward)
         below -= np.einsum("xk,xk->k", outward, poses.places_of(link, sample))
-        bent = np.zeros(len(pairs.cell))
+        bent = np.zeros(len(pairs.cluster))
         np.maximum.at(bent, which, self._bent(bends, pairs, which, sample))
         return which, at, above[which] - below - bent[which]
 

@@ -4,7 +4,7 @@
     found.open, found.nearest                # steps on which it is not kept, or not proved to be
     found.seen, found.low, found.kept        # what was seen, and what is kept at least at samples and on steps
 
-Few samples prove most of a motion (``plane_proofs``). What they leave is looked at sample by sample and halved between
+Few samples prove most of a motion (``plane_proofs``). What they leave is checked sample by sample and halved between
 them (``between_samples``), as is all of a motion of a table. Metres, radians.
 """
 
@@ -50,7 +50,7 @@ class MotionClearance:
     """What is known of a motion of m samples.
 
     Attributes:
-        seen: nearest pairs where it was looked at; nothing where it was not.
+        seen: nearest pairs where it was checked; nothing where it was not.
         low: nothing is nearer at each sample, (m,), m.
         kept: nothing is nearer from each sample to the next, (m,), m; -inf where that is not known, as at a last one.
         open: first samples of the steps on which the clearance is not proved to be kept, ascending, (k,).

@@ -30,17 +30,17 @@ from ...arrays import Ints
 from ..checker import COARSER, Checker
 from ..clearances import Clearances
 from ..near_pairs import NearPairs
-from ..pair_groups import PairGroup, pair_groups
+from ..pair_groups import PairGroupChecker, pair_groups
 from .carried_planes import CarriedPlanes, PairsBelow, StepBends, pairs_below
 from .covered_pairs import covered_pairs
 from .link_poses import ArmLinks, LinkPoses
 from .motion_bounds import OFF_PARABOLA, change_of_curvature, curvature
-from .proof_cells import ProofCells, cells_of
 from .reach_radii import radii
-from .shared_planes import ONE_PLANE, Planes, SharedPlanes
+from .shared_planes import ONE_PLANE, SeparatingPlanes, SharedPlanes
 from .sheet_pieces import SheetPieces
+from .step_clusters import StepClusters, gather_steps
 
-SPACINGS = (0.2, 0.1, 0.05, 0.02, 0.0)  # m of travel between the samples that are looked at, one after the other
+SPACINGS = (0.2, 0.1, 0.05, 0.02, 0.0)  # m of travel between the samples that are checked, one after the other
 FEW_SHAPES = 100  # that stand still, beyond which looks as far out as the widest spacing asks for cost too much
 BEYOND_STILL, BEYOND_ITSELF = 0.16, 0.2  # m: how much further than what is wanted is looked out to at most
 COVERED = 2  # spacings at which what is laid is taken as a whole first, where it has many shapes
@@ -54,7 +54,7 @@ class ProvedSteps:
 
     Attributes:
         kept: no pair is nearer than this on each, (k,), m.
-        seen: nearest pairs at the samples that were looked at, (m,); nothing at all others.
+        seen: nearest pairs at the samples that were checked, (m,); nothing at all others.
     """
 
     kept: Floats
@@ -62,14 +62,14 @@ class ProvedSteps:
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
-    """What was seen at the samples of cells that were looked at.
+class _SeenClusters:
+    """What was seen at the samples of clusters that were checked.
 
     Attributes:
         near: pairs there.
         far: distance out to which was looked, (c,), m.
-        travel: how far any point of the arm is at most from where it is there, at the cells' samples, (t,), m; of two
-            that both may move twice that.
+        travel: how far any point of the arm is at most from where it is there, at the samples, (t,), m; of two that
+            both may move twice that.
         within: those of the samples at which it is little enough for something to be proved, ascending, (w,).
     """
 
@@ -95,7 +95,7 @@ class PlaneProofs:
 
         Args:
             checker: of all pairs, of an arm at a table that stands.
-            spacings: travel between samples that are looked at, one after the other, m; what suits the scene where left
+            spacings: travel between samples that are checked, one after the other, m; what suits the scene where left
                 out.
             beyond: how much further than what is wanted is looked out to at most, of what stands still and of the arm
                 itself, m.
@@ -158,7 +158,7 @@ class PlaneProofs:
             q: samples, (m, n), rad.
             pieces: of k.
             wanted: clearance that is wanted, m: where it is proved no more is asked for.
-            spacings: travel between samples that are looked at, one after the other, m.
+            spacings: travel between samples that are checked, one after the other, m.
 
         Returns:
             No pair is nearer than this on each, (k,), m.
@@ -172,11 +172,11 @@ class PlaneProofs:
                 if not len(open_):
                     break
                 some = pieces.rows(open_)
-                cells, of = some.cells(places, spacing)
+                clusters, of = some.clusters(places, spacing)
                 asked = (share, wanted, wanted + share * float(bend[open_].max()), beyond)
-                near = group.nearest_pairs(q[cells.at], cells.laid) if covered else None
-                look = self._look(group, q, poses, cells, asked, near)
-                value, _, frames = self._values(poses, cells, look, wanted, None)
+                near = group.nearest_pairs(q[clusters.at], clusters.laid) if covered else None
+                look = self._look(group, q, poses, clusters, asked, near)
+                value, _, frames = self._values(poses, clusters, look, wanted, None)
                 off = np.maximum.reduce([share * bend[open_], *(some.off(self._radius, i) for i in frames)])
                 mine[open_] = np.maximum(mine[open_], value[of].min(axis=1) - off)
             kept = np.minimum(kept, mine)
@@ -221,7 +221,7 @@ class PlaneProofs:
     ) -> tuple[ProvedSteps, Floats]:
         """What is proved of steps as they are, and what was taken off for what is between their ends, (k,), m.
 
-        Where that is more than ``most_bend`` and is all that is missing, nothing more is looked at.
+        Where that is more than ``most_bend`` and is all that is missing, nothing more is checked.
         """
         kept, seen = np.full(len(step), np.inf), Clearances.none(len(q))
         turn, links = np.abs(q[step + 1] - q[step]), self._links
@@ -238,18 +238,18 @@ class PlaneProofs:
                 open_ = np.flatnonzero((mine < least) & ~((bent > most_bend) & (at_ends >= least)))
                 if not len(open_):
                     break
-                cells, of = cells_of(places, step[open_], laid[open_], spacing)
-                near = group.nearest_pairs(q[cells.at], cells.laid) if covered else None
+                clusters, of = gather_steps(places, step[open_], laid[open_], spacing)
+                near = group.nearest_pairs(q[clusters.at], clusters.laid) if covered else None
                 if near is not None:
-                    seen.nearer(cells.at, near.nearest(len(cells.at)))
+                    seen.nearer(clusters.at, near.nearest(len(clusters.at)))
                     least = self._aim(wanted, seen)
                 most = float(least[open_].max())
                 # what this look does not prove, the last one tells as well as it can
                 lowest = -np.inf if (spacing, covered) == tries[-1] else float(least[open_].min())
-                look = self._look(group, q, poses, cells, (share, lowest, most, beyond), near)
+                look = self._look(group, q, poses, clusters, (share, lowest, most, beyond), near)
                 if near is None:
-                    seen.nearer(cells.at, look.near.nearest(len(cells.at)))
-                value, carried, frames = self._values(poses, cells, look, most, None if group.itself else bends)
+                    seen.nearer(clusters.at, look.near.nearest(len(clusters.at)))
+                value, carried, frames = self._values(poses, clusters, look, most, None if group.itself else bends)
                 off = np.maximum.reduce([share * bend[open_], *(self._bend_seen(turn[open_], i) for i in frames)])
                 value, carried = (np.minimum(each[of], each[of + 1]) for each in (value, carried))
                 at_ends[open_] = np.maximum(at_ends[open_], np.minimum(value, carried))
@@ -258,7 +258,7 @@ class PlaneProofs:
             kept = np.minimum(kept, mine)
         return ProvedSteps(kept, seen), bent
 
-    def _tries(self, group: PairGroup, spacings: Sequence[float]) -> list[tuple[float, bool]]:
+    def _tries(self, group: PairGroupChecker, spacings: Sequence[float]) -> list[tuple[float, bool]]:
         """Spacings one after the other, and whether what is laid is taken as a whole there."""
         one_by_one = [(spacing, False) for spacing in spacings]
         if group.itself or not self._covered:
@@ -272,46 +272,46 @@ class PlaneProofs:
 
     def _look(
         self,
-        group: PairGroup,
+        group: PairGroupChecker,
         q: Floats,
         poses: LinkPoses,
-        cells: ProofCells,
+        clusters: StepClusters,
         asked: tuple[float, float, float, float],
         seen: NearPairs | None = None,
-    ) -> _Look:
-        """Look at the samples of cells, as far out as the arm's travel in each asks for.
+    ) -> _SeenClusters:
+        """Check the samples of clusters, as far out as the arm's travel in each asks for.
 
         Args:
             group: pairs that count.
             q: samples, (m, n), rad.
             poses: at the samples.
-            cells: of steps.
+            clusters: of steps.
             asked: what counts of the arm's travel, what is wanted at least and at most, and how much further is looked
                 at most, m.
             seen: pairs at those samples; where they are given, what is laid is taken as a whole.
         """
         share, least, wanted, beyond = asked
-        travel = share * self._links.travel(poses, cells.sample, cells.at[cells.cell])
-        most = np.zeros(len(cells.at))
-        np.maximum.at(most, cells.cell, travel)
+        travel = share * self._links.travel(poses, clusters.sample, clusters.at[clusters.cluster])
+        most = np.zeros(len(clusters.at))
+        np.maximum.at(most, clusters.cluster, travel)
         level = np.ceil(np.log(wanted + most + ROOM) / np.log(COARSER))
         far = np.minimum(COARSER**level, wanted + beyond)
         # what may come in from further away than was looked is too near: of such samples nothing is asked
-        within = np.flatnonzero(far[cells.cell] - travel >= least)
+        within = np.flatnonzero(far[clusters.cluster] - travel >= least)
         if seen is None:
-            return _Look(group.pairs_within(q[cells.at], cells.laid, far), far, travel, within)
-        others = group.pairs_within(q[cells.at], np.zeros_like(cells.laid), far)
-        return _Look(others.joined(covered_pairs(self._links, poses, cells, seen, far)), far, travel, within)
+            return _SeenClusters(group.pairs_within(q[clusters.at], clusters.laid, far), far, travel, within)
+        others = group.pairs_within(q[clusters.at], np.zeros_like(clusters.laid), far)
+        return _SeenClusters(others.joined(covered_pairs(self._links, poses, clusters, seen, far)), far, travel, within)
 
     def _values(
-        self, poses: LinkPoses, cells: ProofCells, look: _Look, wanted: float, bends: StepBends | None
+        self, poses: LinkPoses, clusters: StepClusters, look: _SeenClusters, wanted: float, bends: StepBends | None
     ) -> tuple[Floats, Floats, list[int]]:
-        """What the pairs keep at least at the samples of cells.
+        """What the pairs keep at least at the samples of clusters.
 
         Args:
             poses: at the samples.
-            cells: of steps.
-            look: what was seen at the samples that were looked at.
+            clusters: of steps.
+            look: what was seen at the samples that were checked.
             wanted: what is wanted, m.
             bends: of the steps, where planes may be carried.
 
@@ -321,23 +321,23 @@ class PlaneProofs:
         """
         near, travel, within = look.near, look.travel[look.within], look.within
         out, carried = np.full(len(look.travel), -np.inf), np.full(len(look.travel), np.inf)
-        cells = ProofCells(cells.at, cells.laid, cells.cell[within], cells.sample[within])
-        most = np.full(len(cells.at), -np.inf)
-        np.maximum.at(most, cells.cell, travel)
+        clusters = StepClusters(clusters.at, clusters.laid, clusters.cluster[within], clusters.sample[within])
+        most = np.full(len(clusters.at), -np.inf)
+        np.maximum.at(most, clusters.cluster, travel)
         # what stays far enough off by its travel alone needs no plane
         off = near.distance - most[near.row] >= wanted
         far = look.far.copy()
         np.minimum.at(far, near.row[off], near.distance[off])
-        out[within] = far[cells.cell] - travel
+        out[within] = far[clusters.cluster] - travel
         which_pairs = np.flatnonzero(~off)
         below = pairs_below(self._links, near, which_pairs)
-        planes = self._shared.between(poses, cells, below, near.distance[which_pairs])
-        which, at = cells.samples_of(planes.cell)
-        over = self._shared.over(poses, planes, which, cells.sample[at])
+        planes = self._shared.between(poses, clusters, below, near.distance[which_pairs])
+        which, at = clusters.samples_of(planes.cluster)
+        over = self._shared.over(poses, planes, which, clusters.sample[at])
         if bends is not None:
-            least = np.full(len(planes.cell), np.inf)
+            least = np.full(len(planes.cluster), np.inf)
             np.minimum.at(least, which, over)
-            held = self._held(poses, cells, (planes, least), below, (wanted, bends))
+            held = self._held(poses, clusters, (planes, least), below, (wanted, bends))
             np.minimum.at(carried, within[held[1]], held[2] - LESS)
             stay = ~held[0][which]
             at, over = at[stay], over[stay]
@@ -347,24 +347,24 @@ class PlaneProofs:
     def _held(
         self,
         poses: LinkPoses,
-        cells: ProofCells,
-        known: tuple[Planes, Floats],
+        clusters: StepClusters,
+        known: tuple[SeparatingPlanes, Floats],
         pairs: PairsBelow,
         asked: tuple[float, StepBends],
     ) -> tuple[NDArray[np.bool_], Ints, Floats]:
         """Planes that still and others that are carried along, where that is better.
 
         Returns:
-            Planes in place of which others are carried, (p,); places among the cells' samples, and what is held there.
+            Planes in place of which others are carried, (p,); places among the samples, and what is held there.
         """
         (planes, least), (wanted, bends) = known, asked
-        key, of_pair = (each.cell * len(self._links.owner) + each.geom for each in (planes, pairs))
+        key, of_pair = (each.cluster * len(self._links.owner) + each.geom for each in (planes, pairs))
         keys = np.setdiff1d(key[least < wanted], of_pair[self._endless(pairs.other)])
         mine = np.flatnonzero(np.isin(of_pair, keys))
         if not len(mine):
             return np.zeros(len(key), dtype=bool), mine, np.zeros(0)
-        some = PairsBelow(pairs.cell[mine], pairs.geom[mine], pairs.other[mine], pairs.normal[mine])
-        which, at, value = self._carried.over(poses, bends, some, cells)
+        some = PairsBelow(pairs.cluster[mine], pairs.geom[mine], pairs.other[mine], pairs.normal[mine])
+        which, at, value = self._carried.over(poses, bends, some, clusters)
         still, moving = np.full(len(keys), np.inf), np.full(len(keys), np.inf)
         there = np.isin(key, keys)
         np.minimum.at(still, np.searchsorted(keys, key[there]), least[there])
@@ -385,7 +385,7 @@ _made: weakref.WeakKeyDictionary[Checker, PlaneProofs] = weakref.WeakKeyDictiona
 
 def has_proofs(checker: object) -> bool:
     """Whether a checker has such proofs: it is of all pairs, of an arm at a table that stands."""
-    if not isinstance(checker, Checker) or isinstance(checker, PairGroup):
+    if not isinstance(checker, Checker) or isinstance(checker, PairGroupChecker):
         return False
     return len(checker.scene.arm_qpos) == checker.scene.chain.n
 

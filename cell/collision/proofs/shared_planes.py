@@ -1,6 +1,6 @@
 """Planes that stand in the world, or on a link nearer to the base: one for all that a shape has on its other side.
 
-    planes = SharedPlanes(links).between(poses, cells, pairs, distance)
+    planes = SharedPlanes(links).between(poses, clusters, pairs, distance)
     SharedPlanes(links).over(poses, planes, which, sample)         # how far shapes are on their side of them
 
 Base frame, metres.
@@ -17,24 +17,24 @@ from ik.chain import Floats
 from ...arrays import Ints
 from .carried_planes import PairsBelow
 from .link_poses import ArmLinks, LinkPoses, as_seen, seen_from
-from .proof_cells import ProofCells
+from .step_clusters import StepClusters
 
 ONE_PLANE = 2e-4  # m: shapes that reach no further over a plane than this share it
 
 
 @dataclass(frozen=True, eq=False)
-class Planes:
+class SeparatingPlanes:
     """Planes, each between some shape of the arm and what is on its other side.
 
     Attributes:
-        cell: whose they are, (p,).
+        cluster: whose they are, (p,).
         geom: the shape of the arm, (p,).
         frame: joint with whose link the plane moves, (p,), or ``WORLD`` of ``link_poses``.
         normal: in that frame, towards the shape, (p, 3).
         offset: how far what is on the other side reaches along it, (p,), m.
     """
 
-    cell: Ints
+    cluster: Ints
     geom: Ints
     frame: Ints
     normal: Floats
@@ -53,17 +53,19 @@ class SharedPlanes:
         """
         self._links, self._one_plane = links, one_plane
 
-    def between(self, poses: LinkPoses, cells: ProofCells, pairs: PairsBelow, distance: Floats) -> Planes:
+    def between(
+        self, poses: LinkPoses, clusters: StepClusters, pairs: PairsBelow, distance: Floats
+    ) -> SeparatingPlanes:
         """Planes between pairs: one for all that a shape of the arm has on the other side, where one will do."""
         links = self._links
-        a, b, cell, normal = pairs.geom, pairs.other, pairs.cell, pairs.normal.copy()
+        a, b, cluster, normal = pairs.geom, pairs.other, pairs.cluster, pairs.normal.copy()
         frame = links.owner[b]
         on_link = np.flatnonzero(frame >= 0)
-        axes = poses.axes_of(frame[on_link], cells.at[cell[on_link]])
+        axes = poses.axes_of(frame[on_link], clusters.at[cluster[on_link]])
         normal[on_link] = seen_from(axes, normal[on_link].T).T
-        order = np.lexsort((distance, frame, a, cell))
-        a, b, cell, frame, normal = a[order], b[order], cell[order], frame[order], normal[order]
-        new = np.append(True, (np.diff(cell) != 0) | (np.diff(a) != 0) | (np.diff(frame) != 0))[: len(a)]
+        order = np.lexsort((distance, frame, a, cluster))
+        a, b, cluster, frame, normal = a[order], b[order], cluster[order], frame[order], normal[order]
+        new = np.append(True, (np.diff(cluster) != 0) | (np.diff(a) != 0) | (np.diff(frame) != 0))[: len(a)]
         leads = np.flatnonzero(new)
         leader = leads[np.cumsum(new) - 1] if len(leads) else leads
         under = links.reach(b, normal[leader].T)
@@ -74,9 +76,9 @@ class SharedPlanes:
         offset[alone] = links.reach(b[alone], normal[alone].T)
         kept = np.flatnonzero(new | ~shares)
         kept = kept[np.argsort(a[kept], kind="stable")]  # those of a shape together
-        return Planes(cell[kept], a[kept], frame[kept], normal[kept], offset[kept])
+        return SeparatingPlanes(cluster[kept], a[kept], frame[kept], normal[kept], offset[kept])
 
-    def over(self, poses: LinkPoses, planes: Planes, which: Ints, sample: Ints) -> Floats:
+    def over(self, poses: LinkPoses, planes: SeparatingPlanes, which: Ints, sample: Ints) -> Floats:
         """How far shapes are on their side of planes at samples, (c,), m."""
         geom, frame = planes.geom[which], planes.frame[which]
         normal, joint = np.ascontiguousarray(planes.normal.T).take(which, axis=1), self._links.owner[geom]

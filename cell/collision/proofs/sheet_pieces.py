@@ -16,7 +16,7 @@ from ik.chain import Floats
 
 from ...arrays import Ints
 from .motion_bounds import curvature
-from .proof_cells import ProofCells, clusters
+from .step_clusters import StepClusters, cluster_order
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,16 +50,16 @@ class SheetPieces:
         """Some of the pieces."""
         return SheetPieces(self.corner[index], self.laid[index], self.bend[index], self.turn[:, index])
 
-    def cells(self, places: Floats, spacing: float) -> tuple[ProofCells, Ints]:
-        """Gather pieces that lie close together, as ``proof_cells.cells_of``.
+    def clusters(self, places: Floats, spacing: float) -> tuple[StepClusters, Ints]:
+        """Gather pieces that lie close together, as ``step_clusters.gather_steps``.
 
         Returns:
-            The cells, and where among their samples the corners of each piece stand, (k, c).
+            The clusters, and where among their samples the corners of each piece stand, (k, c).
         """
-        order, begins, nearest = clusters(places[self.corner].mean(axis=1), self.laid, spacing)
-        cell = np.empty(len(order), dtype=np.int64)
-        cell[order] = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(order))))
-        key, of = np.unique(cell[:, None] * len(places) + self.corner, return_inverse=True)
-        of_cell, sample = np.divmod(key, len(places))
-        cells = ProofCells(self.corner[nearest, 0], self.laid[nearest], of_cell, sample)
-        return cells, of.reshape(self.corner.shape)
+        order, begins, nearest = cluster_order(places[self.corner].mean(axis=1), self.laid, spacing)
+        cluster = np.empty(len(order), dtype=np.int64)
+        cluster[order] = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(order))))
+        key, of = np.unique(cluster[:, None] * len(places) + self.corner, return_inverse=True)
+        of_cluster, sample = np.divmod(key, len(places))
+        clusters = StepClusters(self.corner[nearest, 0], self.laid[nearest], of_cluster, sample)
+        return clusters, of.reshape(self.corner.shape)

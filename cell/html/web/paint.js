@@ -6,7 +6,7 @@ import { figure } from "./charts.js";
 // feasible first, then the reasons in the order of cell/html_words.py; report.css has the same as --verdict-N
 const VERDICTS = ["#12906e", "#c62828", "#e8710a", "#c2185b", "#7e57c2", "#1976d2", "#00838f", "#8d6e3a", "#4e342e"];
 const HANGING = "#0d59f2"; // what overhangs, as in pictures
-const OPEN = "#8a939c"; // not looked at
+const OPEN = "#8a939c"; // not checked
 const OTHER = "#5d4037"; // of what only motions and programs from outside have wrong
 const colour = (k) => VERDICTS[k] ?? OTHER;
 const LAYERS = ["#3b1f6b", "#a12d7c", "#e8663d", "#f9d14a"]; // first to last

@@ -6,7 +6,7 @@ import { Targets } from "./meshes.js";
 import { Viewer } from "./viewer.js";
 import { attach } from "./controls.js";
 import { Charts, figure } from "./charts.js";
-import { Table } from "./table.js";
+import { TargetList } from "./target_list.js";
 import { Paint } from "./paint.js";
 
 /** An element of the page, which has it. @returns {any} */
@@ -27,7 +27,7 @@ class Report {
       ? `The worst of each reason are listed; ${doc.unlisted.toLocaleString("en")} more are in the 3D view, the charts and the document of --json.` : "";
     this.cell.pose(this.anglesAt(this.first[doc.start], 0));
     this.charts = new Charts(find("charts"), this.path, this.targets.verdict, (x) => this.scrub(x));
-    if (!doc.feasible) this.table = new Table(doc, this.targets, (i) => this.jump(i));
+    if (!doc.feasible) this.table = new TargetList(doc, this.targets, (i) => this.jump(i));
     this.paint = new Paint(doc, this.targets);
     this.viewer = this._viewer();
     this._listen();

@@ -2,7 +2,7 @@
 
 import { decode } from "./data.js";
 import { SweepMap } from "./sweep_map.js";
-import { PoseTable } from "./sweep_table.js";
+import { PoseList } from "./pose_list.js";
 
 /** An element of the page, which has it. @returns {any} */
 const find = (id) => document.getElementById(id);
@@ -39,7 +39,7 @@ class Page {
       this.cells.get(key).push(i);
     });
     this.map = new SweepMap(find("map"), doc, (i) => this.choose(i));
-    this.table = new PoseTable(doc, (i) => this.choose(i));
+    this.table = new PoseList(doc, (i) => this.choose(i));
     this._selectors();
     find("colour").addEventListener("change", () => {
       this.map.recolour(find("colour").value);
@@ -108,7 +108,7 @@ class Page {
     const all = row.looked_at ?? row.infeasible;
     const note = row.searched
       ? `${row.infeasible} of ${all} targets cannot be welded here.`
-      : `Settled without a search for a motion: ${row.infeasible} of the ${all} targets looked at cannot be welded here, each by itself.`;
+      : `Settled without a search for a motion: ${row.infeasible} of the ${all} targets checked cannot be welded here, each by itself.`;
     return element("div", [list, element("p", note, "soft")]);
   }
 

@@ -4,7 +4,7 @@
     moves(a, b)                     # (e,) share of each move from a to b, both (e, n), that can be gone
     moves.met()                     # a Failure with the pair met most often; None where none was
 
-Looked at are samples, at the clearance to be kept; what a travel is made of in the end is checked as everything is.
+Checked are samples, at the clearance to be kept; what a travel is made of in the end is checked as everything is.
 Radians and metres.
 """
 
@@ -21,11 +21,11 @@ from ...collision.clearances import Clearances
 from ...failure import ON_TRAVEL, Failure
 from ..context import Context
 
-BLOCK = 6  # samples of a move looked at before it is known whether the next are wanted
+BLOCK = 6  # samples of a move checked before it is known whether the next are wanted
 
 
 class FreeMoves:
-    """Looks at moves and remembers what was in their way."""
+    """Checks moves and remembers what was in their way."""
 
     def __init__(self, context: Context, deposits_laid: int, step: float, wire: Checker | None = None) -> None:
         """Prepare.

@@ -15,13 +15,14 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ...failure import Failure, Place, Where
-from ..bead_search import BeadPlan
+from ...failure import Failure, FailurePlace, Where
+from ..bead_outcome import BeadPlan
+from ..bead_plan import BEGINNINGS, REDUCED, searched_again
 from ..context import Context
-from ..edge_check import Stretch
-from ..part_plan import BEGINNINGS, REDUCED, PartPlan, searched_again
+from ..edges.edge_check import Stretch
+from ..part_plan import PartPlan
 from ..station_search import Ends
-from .travel import TravelWay, travel, turned
+from .travel import TravelPath, travel, turned_to_travel_end
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +34,8 @@ class HomeTravels:
         back: from the last; None where there is none, or where the arm goes to is not known.
     """
 
-    out: TravelWay | None
-    back: TravelWay | None
+    out: TravelPath | None
+    back: TravelPath | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,13 +122,13 @@ class _Home:
         found = self.context.checker.clearances(axes, np.array([deposits_laid]))
         if found.distance[0] >= self.context.settings.clearance:
             return None
-        return self.context.describe(found, 0, Place(Where.TRAVEL, at_home=True))
+        return self.context.describe(found, 0, FailurePlace(Where.TRAVEL, at_home=True))
 
-    def _way(self, end: Stretch | None, start: Stretch | None) -> TravelWay | Failure:
+    def _way(self, end: Stretch | None, start: Stretch | None) -> TravelPath | Failure:
         deposits_laid = self.context.begun if end is None else int(self.context.laid[end.stop - 1])
         return travel(self.context, end, start, deposits_laid)
 
-    def _otherwise(self, k: int) -> tuple[TravelWay | None, TravelWay | None] | None:
+    def _otherwise(self, k: int) -> tuple[TravelPath | None, TravelPath | None] | None:
         """Ways to and from the first or last bead, begun or ended elsewhere; None where that does not help."""
         bead = self.beads[k]
         begin_off: list[Floats] = []
@@ -147,7 +148,7 @@ class _Home:
                 return found
         return None
 
-    def _joined(self, k: int, bead: BeadPlan) -> tuple[TravelWay | None, TravelWay | None] | None:
+    def _joined(self, k: int, bead: BeadPlan) -> tuple[TravelPath | None, TravelPath | None] | None:
         """The ways to and from a bead if they are free, None where none is needed; the bead and they take their places.
 
         None alone: they are not free.
@@ -156,13 +157,13 @@ class _Home:
         before = self.beads[k - 1].stretches[0] if k else None
         after = self.beads[k + 1].stretches[0] if k + 1 < len(self.beads) else None
         span = self.context.span
-        into: TravelWay | None = None
-        on: TravelWay | None = None
+        into: TravelPath | None = None
+        on: TravelPath | None = None
         if before is not None or span.start is not None:
             found = self._way(before, start)
             if isinstance(found, Failure):
                 return None
-            into, start = found, turned(start, found)
+            into, start = found, turned_to_travel_end(start, found)
         if after is not None or span.end is not None:
             found = self._way(start, after)
             if isinstance(found, Failure) or (after is not None and (found[0][-1] != after.axes[0]).any()):

@@ -1,9 +1,9 @@
 """The ways out of beads along their normals, which a travel begins with and, gone the other way, ends with.
 
-    legs = ways_out(context, [(stretch, -1), (other, 0)], distance)    # out of the one's end, of the other's beginning
+    legs = retract_legs(context, [(stretch, -1), (other, 0)], distance)    # the end of one, the start of the other
     legs[0].q, legs[0].failure
 
-Straight lines of the TCP at the bead's own roll; what is in their way is not looked at. Metres, radians.
+Straight lines of the TCP at the bead's own roll; what is in their way is not checked. Metres, radians.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from ...failure import ON_TRAVEL, Failure, Kind, SearchEffort
 from ...motion.motion import JUMP
 from ...units import METRES_PER_MM
 from ..context import Context
-from ..edge_check import Stretch
-from ..edge_tracking import EdgePoses, along
+from ..edges.edge_check import Stretch
+from ..edges.edge_tracking import EdgePoses, along
 
 BETWEEN = 2e-3  # m between samples of the way off a bead and onto it
 
@@ -40,7 +40,7 @@ class Leg:
     failure: Failure | None = None
 
 
-def ways_out(context: Context, ends: Sequence[tuple[Stretch, int]], distance: float) -> list[Leg]:
+def retract_legs(context: Context, ends: Sequence[tuple[Stretch, int]], distance: float) -> list[Leg]:
     """Ways from ends of beads out along their normals.
 
     Args:

@@ -1,7 +1,7 @@
 """A way between two configurations where the straight one is not free: bidirectional trees in joint space.
 
     space = Space(lower, upper, radius, speed)
-    found = connect(space, Trees(starts, goals, hints), free, attempts=1000, seed=0)
+    found = connect(space, TreeRoots(starts, goals, hints), free, attempts=1000, seed=0)
     found.way                      # (k, n) corners from one of the starts to one of the goals, or None
 
 ``free(a, b)`` tells of many edges at once how far each can be gone; nothing here knows of arms or cells. The same
@@ -62,7 +62,7 @@ class Space:
 
 
 @dataclass(frozen=True, eq=False)
-class Trees:
+class TreeRoots:
     """Where a search begins.
 
     Attributes:
@@ -115,7 +115,7 @@ class _Tree:
         return self.q[out]
 
 
-def connect(space: Space, trees: Trees, free: Free, attempts: int, seed: int) -> TreeSearchResult:
+def connect(space: Space, trees: TreeRoots, free: Free, attempts: int, seed: int) -> TreeSearchResult:
     """Search a way from any start to any goal.
 
     Args:
@@ -126,7 +126,7 @@ def connect(space: Space, trees: Trees, free: Free, attempts: int, seed: int) ->
         seed: of the random numbers.
 
     Returns:
-        What was found; the way's edges have all been looked at by ``free``.
+        What was found; the way's edges have all been checked by ``free``.
     """
     rng = np.random.default_rng(seed)
     a, b = _Tree(trees.starts), _Tree(trees.goals)
@@ -147,7 +147,7 @@ def _sizes(a: _Tree, b: _Tree, turned: bool) -> tuple[int, int]:
     return (len(b.q), len(a.q)) if turned else (len(a.q), len(b.q))
 
 
-def _samples(rng: np.random.Generator, space: Space, trees: Trees, count: int) -> Floats:
+def _samples(rng: np.random.Generator, space: Space, trees: TreeRoots, count: int) -> Floats:
     """Configurations about the lines between starts and goals, near ones and far ones, and some anywhere.
 
     Far ones end on joint limits more often than not: a folded arm is what gets past things.
@@ -193,7 +193,7 @@ def _grown(tree: _Tree, space: Space, towards: Floats, free: Free) -> tuple[Ints
     return ended, share >= REACHED
 
 
-def shortened(space: Space, way: Floats, free: Free, attempts: int, seed: int) -> Floats:
+def with_shortcuts(space: Space, way: Floats, free: Free, attempts: int, seed: int) -> Floats:
     """The same way with what is not needed cut out: corners first, then between random places on it.
 
     Args:
@@ -244,7 +244,7 @@ def _without_repeats(way: Floats) -> Floats:
     return way[np.concatenate([[True], (np.diff(way, axis=0) != 0).any(axis=1)])]
 
 
-def rounded(way: Floats, free: Free) -> Floats:
+def with_round_corners(way: Floats, free: Free) -> Floats:
     """The same way with its corners rounded by parabolas, as far as they are free.
 
     Args:

@@ -1,4 +1,4 @@
-"""Straight travels between many beads, looked at together: one look at all of them costs less than one at each.
+"""Straight travels between many beads, checked together: one look at all of them costs less than one at each.
 
     ways = straight_travels(context, [BeadGap(end, start, deposits_laid)])     # None: it takes ``travel``
 
@@ -21,14 +21,14 @@ from ...collision.clearances import Clearances
 from ...collision.proofs.between_samples import steps_between, unproven_steps
 from ...collision.proofs.motion_clearance import BEND, NEARLY
 from ...collision.proofs.plane_proofs import proofs_of
-from ..blended_check import free_travels
 from ..context import Context
-from ..edge_check import Stretch
-from .legs import ways_out
+from ..edges.blended_check import free_travels
+from ..edges.edge_check import Stretch
+from .legs import retract_legs
 from .rrt_connect import sampled
-from .travel import TravelWay
+from .travel import TravelPath
 
-ENDS = 3  # samples of either end of a travel that are looked at in any case
+ENDS = 3  # samples of either end of a travel that are checked in any case
 WIRE_ROOM = 1e-9  # m: a wire that comes nearer to something is left to ``travel``
 
 
@@ -49,7 +49,7 @@ class BeadGap:
 
 @dataclass(frozen=True, eq=False)
 class _Route:
-    """A straight way between two beads, not looked at yet.
+    """A straight way between two beads, not checked yet.
 
     Attributes:
         gap: its number.
@@ -64,7 +64,7 @@ class _Route:
     deposits_laid: int
 
 
-def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelWay | None]:
+def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelPath | None]:
     """The straight travels between beads.
 
     Args:
@@ -83,7 +83,7 @@ def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelWa
     known = [(way.q, way.at_least, way.kept, route.deposits_laid) for route, way in free]
     rounded = free_travels(context.checker, context, known, settings.kept)
     free = [one for one, is_free in zip(free, rounded, strict=True) if is_free]
-    ways: list[TravelWay | None] = [None] * len(gaps)
+    ways: list[TravelPath | None] = [None] * len(gaps)
     for (route, way), is_clear in zip(free, _wire_clear(context, [route for route, _ in free]), strict=True):
         ways[route.gap] = way if is_clear else None
     return ways
@@ -92,7 +92,7 @@ def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelWa
 def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
     """The straight ways of gaps that the arm can follow."""
     ends = [end for gap in gaps for end in ((gap.end, -1), (gap.start, 0))]
-    legs = ways_out(context, ends, context.settings.retract)
+    legs = retract_legs(context, ends, context.settings.retract)
     routes: list[_Route] = []
     for k, gap in enumerate(gaps):
         leave, arrive = legs[2 * k], legs[2 * k + 1]
@@ -107,17 +107,17 @@ def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
 
 def _kept(
     checker: Checker, context: Context, ways: Sequence[tuple[Floats, int]], room: float, least: float
-) -> list[TravelWay | None]:
+) -> list[TravelPath | None]:
     """Ways (samples and deposits laid) with room at every sample that keep a clearance between them.
 
-    Those that keep the room between their samples as well are mostly proved to by few looks; all others are looked at
+    Those that keep the room between their samples as well are mostly proved to by few looks; all others are checked
     sample by sample.
     """
     if not ways:
         return []
     of = np.repeat(np.arange(len(ways)), [len(q) for q, _ in ways])
     q, laid = np.concatenate([q for q, _ in ways]), np.array([deposits_laid for _, deposits_laid in ways])[of]
-    out: list[TravelWay | None] = [None] * len(ways)
+    out: list[TravelPath | None] = [None] * len(ways)
     left = np.ones(len(ways), dtype=bool)
     proofs = proofs_of(checker)
     if proofs is not None:
@@ -131,7 +131,7 @@ def _kept(
         left[of[step[proved.kept < room]]] = True
         for i in np.flatnonzero(~left).tolist():
             mine = np.flatnonzero(of == i)
-            out[i] = TravelWay(q[mine], proved.seen.rows(mine), low[mine], kept[mine])
+            out[i] = TravelPath(q[mine], proved.seen.rows(mine), low[mine], kept[mine])
     again = np.flatnonzero(left).tolist()
     for i, way in zip(again, _looked_at(checker, context, [ways[i] for i in again], room, least), strict=True):
         out[i] = way
@@ -147,8 +147,8 @@ def _near_ends(of: Ints) -> Ints:
 
 def _looked_at(
     checker: Checker, context: Context, ways: Sequence[tuple[Floats, int]], room: float, least: float
-) -> list[TravelWay | None]:
-    """The same, all of whose samples are looked at."""
+) -> list[TravelPath | None]:
+    """The same, all of whose samples are checked."""
     if not ways:
         return []
     of = np.repeat(np.arange(len(ways)), [len(q) for q, _ in ways])
@@ -161,7 +161,7 @@ def _looked_at(
         step, _ = unproven_steps(checker, context.radius, q[k], laid[k], found.rows(k), of[k], least=least)
         good[of[k[step]]] = False
     radius, every = context.radius, [np.flatnonzero(of == i) for i in range(len(ways))]
-    return [TravelWay.of(checker, radius, q[k], found.rows(k)) if good[of[k[0]]] else None for k in every]
+    return [TravelPath.of(checker, radius, q[k], found.rows(k)) if good[of[k[0]]] else None for k in every]
 
 
 def _wire_clear(context: Context, routes: Sequence[_Route]) -> list[bool]:

@@ -17,7 +17,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ...arrays import Ints
-from ...motion.motion import STANDING
+from ...motion.motion import NO_MOVE
 from ...rigid import inverse
 from ...scene.table_kinematics import TableKinematics
 from ...timing.time_law import TravelRows, time_travels
@@ -64,7 +64,7 @@ class AskedTravel:
 
     def __post_init__(self) -> None:
         way = self.way
-        moves = np.abs(np.diff(way, axis=0)).max(axis=1) > STANDING
+        moves = np.abs(np.diff(way, axis=0)).max(axis=1) > NO_MOVE
         moves[-1] |= not moves.any()
         way = np.concatenate([way[:1], way[1:-1][moves[:-1]], way[-1:]])
         if len(way) == 2:
@@ -114,18 +114,18 @@ def timed_travels(job: Job, asked: Sequence[AskedTravel]) -> list[tuple[TimedRow
 def _near_the_part(job: Job, way: Floats, p: Floats, *, leaves: bool, arrives: bool) -> Floats:
     """Caps on the joints' speed where a travel retracts and approaches at the speed of the TCP asked for, (m - 1,)."""
     process = job.case.process
-    near = process.retract_mm * METRES_PER_MM + STANDING
+    near = process.retract_mm * METRES_PER_MM + NO_MOVE
     leaving = np.logical_and.accumulate(np.linalg.norm(p[1:] - p[0], axis=1) <= near)
     arriving = np.logical_and.accumulate(np.linalg.norm(p[:-1] - p[-1], axis=1)[::-1] <= near)[::-1]
-    step = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1), STANDING)
+    step = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1), NO_MOVE)
     speed = process.travel_speed_mm_s * METRES_PER_MM * np.linalg.norm(np.diff(way, axis=0), axis=1) / step
-    return np.where((leaving & leaves) | (arriving & arrives), np.maximum(speed, STANDING), np.inf)
+    return np.where((leaving & leaves) | (arriving & arrives), np.maximum(speed, NO_MOVE), np.inf)
 
 
 def retracted(job: Job, p: Floats) -> int:
     """The first sample of a travel that is off the part by the retraction, or else the farthest off."""
     off = np.linalg.norm(p - p[0], axis=1)[1:-1]
-    far = np.flatnonzero(off >= job.case.process.retract_mm * METRES_PER_MM - STANDING)
+    far = np.flatnonzero(off >= job.case.process.retract_mm * METRES_PER_MM - NO_MOVE)
     return 1 + (int(far[0]) if len(far) else int(np.argmax(off)))
 
 

@@ -24,12 +24,12 @@ from ...collision.checker import Checker
 from ...collision.clearances import Clearances
 from ...collision.proofs.between_samples import kept_on_steps, unproven_steps
 from ...failure import ON_TRAVEL, Failure, Kind, SearchEffort
-from ..blended_check import travel_corners, wire_corners
 from ..context import Context
-from ..edge_check import Stretch, between
+from ..edges.blended_check import travel_corners, wire_corners
+from ..edges.edge_check import Stretch, collision_place
 from .free_moves import FreeMoves
-from .legs import Leg, ways_out
-from .rrt_connect import Space, Trees, connect, rounded, sampled, shortened
+from .legs import Leg, retract_legs
+from .rrt_connect import Space, TreeRoots, connect, sampled, with_round_corners, with_shortcuts
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
 SHORTER = (1.0, 0.6, 0.3)  # of the way out that is free, where the whole is not
@@ -43,7 +43,7 @@ SEED = 20240
 UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
 
 
-class TravelWay(NamedTuple):
+class TravelPath(NamedTuple):
     """A travel that is free, and what was seen of it.
 
     Attributes:
@@ -59,8 +59,8 @@ class TravelWay(NamedTuple):
     kept: Floats
 
     @classmethod
-    def of(cls, checker: Checker, radius: Floats, q: Floats, seen: Clearances) -> TravelWay:
-        """One all of whose samples were looked at by a checker."""
+    def of(cls, checker: Checker, radius: Floats, q: Floats, seen: Clearances) -> TravelPath:
+        """One all of whose samples were checked by a checker."""
         low = np.minimum(seen.distance, checker.reach)
         return cls(q, seen, low, kept_on_steps(low, q, radius))
 
@@ -70,7 +70,7 @@ class TravelWay(NamedTuple):
         return Clearances(self.low, self.clearances.pair, self.clearances.position)
 
 
-def travel(context: Context, end: Stretch | None, start: Stretch | None, deposits_laid: int) -> TravelWay | Failure:
+def travel(context: Context, end: Stretch | None, start: Stretch | None, deposits_laid: int) -> TravelPath | Failure:
     """From the end of one bead to the start of the next: out along the normal, across, in again.
 
     Args:
@@ -80,14 +80,14 @@ def travel(context: Context, end: Stretch | None, start: Stretch | None, deposit
         deposits_laid: deposits laid by then.
 
     Returns:
-        Samples (m, j) and their clearances; or why there is no way. It ends where
-        ``start`` begins, or whole turns of joints from there by which :func:`turned` can turn all of it; from home it
-        always ends where it begins.
+        Samples (m, j) and their clearances; or why there is no way. It ends where ``start`` begins, or
+        whole turns of joints from there by which :func:`turned_to_travel_end` can turn all of it; from home it always
+        ends where it begins.
     """
-    return _Travel(context, end, start, deposits_laid).search()
+    return _TravelSearch(context, end, start, deposits_laid).search()
 
 
-def turned(start: Stretch, way: TravelWay) -> Stretch:
+def turned_to_travel_end(start: Stretch, way: TravelPath) -> Stretch:
     """A stretch as it is run after a travel: turned by the whole turns that the travel ends off its beginning."""
     turn = (way[0][-1] - start.axes[0])[: start.q.shape[1]]
     if not turn.any():
@@ -97,16 +97,16 @@ def turned(start: Stretch, way: TravelWay) -> Stretch:
 
 def can_leave(context: Context, end: Stretch, deposits_laid: int) -> bool:
     """Whether the torch can be drawn back from the end of a bead as far as the case asks for."""
-    (leg,) = ways_out(context, [(end, -1)], context.settings.retract)
+    (leg,) = retract_legs(context, [(end, -1)], context.settings.retract)
     return leg.failure is None and isinstance(_collision(context, leg.q, deposits_laid), Clearances)
 
 
-def straight_retract(context: Context, way: TravelWay, stretch: Stretch, at: int) -> float:
+def straight_retract(context: Context, way: TravelPath, stretch: Stretch, at: int) -> float:
     """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
     return straight_retracts(context, [(way, stretch, at)])[0]
 
 
-def straight_retracts(context: Context, ends: Sequence[tuple[TravelWay, Stretch, int]]) -> list[float]:
+def straight_retracts(context: Context, ends: Sequence[tuple[TravelPath, Stretch, int]]) -> list[float]:
     """The same of many travels."""
     if not ends:
         return []
@@ -125,7 +125,7 @@ def straight_retracts(context: Context, ends: Sequence[tuple[TravelWay, Stretch,
     return out
 
 
-class _Travel:
+class _TravelSearch:
     """The search of one travel."""
 
     def __init__(self, context: Context, end: Stretch | None, start: Stretch | None, deposits_laid: int) -> None:
@@ -133,9 +133,9 @@ class _Travel:
         self.failure: Failure | None = None
         self.wire = context.wire
 
-    def search(self) -> TravelWay | Failure:
-        """The first way that is free with room, of ever dearer ones; without room, the one that has most of it."""
-        clearest: TravelWay | None = None
+    def search(self) -> TravelPath | Failure:
+        """The first way that is free with room, of ever costlier ones; without room, the one that has most of it."""
+        clearest: TravelPath | None = None
         leaves: list[Leg] = []
         arrives: list[Leg] = []
         for times in RETRACTS:
@@ -175,14 +175,14 @@ class _Travel:
         assert self.failure is not None
         return self.failure
 
-    def _straight(self, leave: Floats, arrive: Floats) -> TravelWay | None:
+    def _straight(self, leave: Floats, arrive: Floats) -> TravelPath | None:
         """Out, straight across and in, if that is free."""
         return self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
 
     def _ends(self, retract: float) -> list[Leg]:
         """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of."""
         ends = [(self.end, -1), (self.start, 0)]
-        legs = iter(ways_out(self.context, [(bead, at) for bead, at in ends if bead is not None], retract))
+        legs = iter(retract_legs(self.context, [(bead, at) for bead, at in ends if bead is not None], retract))
         return [Leg(self._home()) if bead is None else next(legs) for bead, _ in ends]
 
     def _home(self) -> Floats:
@@ -220,7 +220,7 @@ class _Travel:
         lengths = {round(share * most) for share in SHORTER}
         return sorted((n for n in lengths if n > 1), reverse=True)
 
-    def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> TravelWay | None:
+    def _checked(self, leave: Floats, across: Floats, arrive: Floats) -> TravelPath | None:
         """The whole travel, if it is free: out, by the corners across, and in."""
         middle = sampled(across, self.context.settings.steps.travel_angle)
         q = np.concatenate([leave, middle[1:], arrive[::-1][1:]])
@@ -232,7 +232,7 @@ class _Travel:
         if cut is not None:
             self.failure = cut
             return None
-        return TravelWay.of(self.context.checker, self.context.radius, q, found)
+        return TravelPath.of(self.context.checker, self.context.radius, q, found)
 
     def _dragged(self, q: Floats, whole: Floats, first: int) -> Failure | None:
         """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
@@ -249,22 +249,22 @@ class _Travel:
             hit = self.context.describe(nearest, 0, ON_TRAVEL)
         return replace(hit, limit=0.0)
 
-    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> TravelWay | Failure:
+    def _around(self, leaves: list[Floats], arrives: list[Floats]) -> TravelPath | Failure:
         """Search a way round what is in the way of the straight ones."""
         context = self.context
         starts, goals = (np.array([leg[-1] for leg in legs]) for legs in (leaves, arrives))
         space = _space(context, starts[0], goals[0])
-        trees = Trees(starts, goals, self._hints(starts[0], goals[0]))
+        trees = TreeRoots(starts, goals, self._hints(starts[0], goals[0]))
         for turn, step in enumerate(SEARCH_STEPS):
             edges = FreeMoves(context, self.deposits_laid, float(step), self.wire)
             found = connect(space, trees, edges, context.settings.travel_attempts, SEED + turn)
             if found.way is None:
                 shut_in = "leaving" if found.sizes[0] <= found.sizes[1] else "arriving"
                 return _with(self._met(edges.met()), attempts=context.settings.travel_attempts, shut_in=shut_in)
-            short = shortened(space, found.way, edges, SHORTCUTS, SEED + turn)
+            short = with_shortcuts(space, found.way, edges, SHORTCUTS, SEED + turn)
             leave = leaves[int(np.argmin(np.abs(starts - short[0]).max(axis=1)))]
             arrive = arrives[int(np.argmin(np.abs(goals - short[-1]).max(axis=1)))]
-            for across in (rounded(short, edges), short, found.way):
+            for across in (with_round_corners(short, edges), short, found.way):
                 way = self._checked(leave, across, arrive)
                 if way is not None:
                     return way
@@ -297,7 +297,7 @@ def _with(failure: Failure, *, shut_in: str, attempts: int | None = None) -> Fai
     return replace(failure, effort=effort if attempts is None else replace(effort, attempts=attempts))
 
 
-def _room(way: TravelWay) -> float:
+def _room(way: TravelPath) -> float:
     """The least clearance on a travel, m."""
     return float(way.clearances.distance.min())
 
@@ -311,7 +311,7 @@ def _collision(context: Context, q: Floats, deposits_laid: int) -> Clearances | 
     step, nearest = unproven_steps(context.checker, context.radius, q, laid, found, least=context.settings.kept)
     if not len(step):
         return found
-    return context.describe(nearest, 0, ON_TRAVEL, between(nearest, 0, context))
+    return context.describe(nearest, 0, ON_TRAVEL, collision_place(nearest, 0, context))
 
 
 def _space(context: Context, start: Floats, goal: Floats) -> Space:

@@ -21,7 +21,7 @@ from ...case.files import case_files
 from ...errors import InputError
 from ...job.job import Job
 from ..from_motion import ProgramOfMotion
-from ..pose_table import pose_table
+from ..pose_rows import pose_rows
 from ..program_check import ProgramResult
 from ..robodk_script import robodk_script
 from ..round_trip import ProgramDeviation
@@ -100,7 +100,7 @@ class Exported:
     def _csv(self) -> bytes:
         assert self.result is not None
         text = io.StringIO()
-        header, rows = pose_table(self.job, self.result.run)
+        header, rows = pose_rows(self.job, self.result.run)
         writer = csv_text.writer(text, lineterminator="\n")
         writer.writerow(header)
         writer.writerows(rows)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..orientation import frame_of, pose_of
+from ..orientation import frames_of_poses, pose_of
 from ..program import MoveKind
 from .lexing import quoted, refuse
 from .line_forms import CIRCLES
@@ -243,7 +243,9 @@ def _stepped(held: list[float], by: dict[str, float], motion: MotionStatement, s
     """X Y Z A B C, m and rad, of a pose and a step from it."""
     step = [by.get(name, 0.0) for name in CARTESIAN]
     if motion.frame == "#TOOL":
-        T = frame_of(np.array(held)) @ frame_of(np.array([*(1e-3 * x for x in step[:3]), *map(math.radians, step[3:])]))
+        T = frames_of_poses(np.array(held)) @ frames_of_poses(
+            np.array([*(1e-3 * x for x in step[:3]), *map(math.radians, step[3:])])
+        )
         return [float(x) for x in pose_of(T)]
     if any(step[3:]):
         raise refuse(scope.where, f"{motion.word} with a turn about the base's axes is not supported; use #TOOL")

@@ -23,7 +23,7 @@ from ..controller import Controller
 from .statements import ParsedFile
 from .syntax import parse
 
-MOST_BESIDE = 100_000  # entries of a folder that are looked at
+MOST_BESIDE = 100_000  # entries of a folder that are checked
 SHARED = "$CONFIG"
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from ik.chain import Floats
 
 from ...rigid import inverse
-from ..orientation import frame_of, pose_of
+from ..orientation import frames_of_poses, pose_of
 from ..program import SourceLine
 from .expressions import Aggregate, Binary, Component, Constant, Element, Expression, FunctionCall, Unary, Variable
 from .lexing import quoted, refuse
@@ -209,7 +209,7 @@ def matrix(value: Any, scope: Scope) -> Floats:
     if missing is not None:
         raise refuse(scope.where, f"a frame needs X Y Z A B C; {missing} has no value")
     numbers = [number(value[name], scope) for name in CARTESIAN]
-    return frame_of(np.array([*(1e-3 * x for x in numbers[:3]), *map(math.radians, numbers[3:])]))
+    return frames_of_poses(np.array([*(1e-3 * x for x in numbers[:3]), *map(math.radians, numbers[3:])]))
 
 
 def frame_dict(T: Floats) -> dict[str, float]:

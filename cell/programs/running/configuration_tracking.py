@@ -35,7 +35,7 @@ class ConfigurationTracker:
     solver: Solver
 
     def along(self, Ts_base_tcp: Floats, q_start: Floats) -> Floats:
-        """Axes at poses that are gone through one after the other.
+        """Axes at poses that are processed one after the other.
 
         Args:
             Ts_base_tcp: (m, 4, 4), m.

@@ -6,7 +6,7 @@ Use:
     rounded_distances(moves, path)            # of those no more than half of the longer move at the corner
 
 C_VEL rounds from where the TCP, as it brakes for the end, has come down to its share of the speed: at 100 % from where
-it begins to brake. Of moves of axes a share is one of the way, and is not looked at here.
+it begins to brake. Of moves of axes a share is one of the way, and is not checked here.
 """
 
 from __future__ import annotations

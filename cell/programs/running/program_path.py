@@ -1,6 +1,6 @@
 """The way that a program's moves go, as a controller interpolates them: samples with all axes, no times yet.
 
-    path = path_of(program, job)
+    path = interpolate_program(program, job)
     path.axes, path.move, path.share          # (m, j + 2) rad, (m,), (m,)
     path.failures                                 # moves whose end or way the arm does not reach, and why
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ...arrays import Ints, counted
+from ...arrays import Ints, repeat_with_index
 from ...errors import InputError
 from ...failure import IN_ROWS, Failure, Kind
 from ...job.job import Job
@@ -24,7 +24,7 @@ from ...motion.motion import JUMP
 from ...rigid import inverse
 from ...scene.scene import table_angles
 from ..cell_frames import T_flange_tcp, tables_seen_from_base
-from ..orientation import frame_of
+from ..orientation import frames_of_poses
 from ..program import MoveKind, Program
 from .configuration_tracking import ConfigurationTracker
 from .interpolation import Circles, angles_between, on_lines
@@ -58,7 +58,7 @@ class ProgramPath:
     begins: Floats
 
 
-def path_of(program: Program, job: Job) -> ProgramPath:
+def interpolate_program(program: Program, job: Job) -> ProgramPath:
     """Interpolate a program.
 
     Args:
@@ -113,7 +113,7 @@ class _Walk:
     def _first(self) -> Floats:
         """Where the arm stands after the first move."""
         moves, scene = self.moves, self.job.scene
-        where = place(self.program, 0)
+        where = move_label(self.program, 0)
         if moves.kind[0] != MoveKind.AXES:
             raise InputError(f"{where}: the first move is a line; a program must begin with a PTP")
         q = self._target(0, scene.home)
@@ -127,13 +127,13 @@ class _Walk:
         if np.isfinite(joints).all():
             return joints
         self._needs_frames(i)
-        T = self._in_arm_base(np.array([i]), self.external[[i]], frame_of(self.moves.pose[[i]]))
+        T = self._in_arm_base(np.array([i]), self.external[[i]], frames_of_poses(self.moves.pose[[i]]))
         return self.tracker.nearest(T[0], q, int(self.moves.turn[i]))
 
     def _needs_frames(self, i: int) -> None:
         for name, index in (("tool", self.moves.tool[i]), ("base", self.moves.base[i])):
             if index < 0:
-                raise InputError(f"{place(self.program, i)}: moves to a pose, and no {name} is set")
+                raise InputError(f"{move_label(self.program, i)}: moves to a pose, and no {name} is set")
 
     def _frames(self, move: Ints, external: Floats) -> Floats:
         """The moves' bases in the arm's base frame, (m, 4, 4)."""
@@ -164,11 +164,11 @@ class _Walk:
         """Lines and circles i .. j - 1, from the axes q on; where the arm stands after them."""
         for k in range(i, j):
             self._needs_frames(k)
-        line = _Lines(self, np.arange(i, j), q)
+        line = _CartesianMoves(self, np.arange(i, j), q)
         self.begins[i:j] = line.T_start
         self.turned = max(self.turned, float(line.turn.max()))
         count = np.maximum(np.ceil(np.maximum(line.length / STEP, line.turn / TURN)), 1).astype(np.int64)
-        at, place = counted(count)
+        at, place = repeat_with_index(count)
         share = (place + 1) / count[at]
         at, share, axes = line.refined(at, share)
         turn = np.abs(np.diff(np.concatenate([q[None], axes[:, : self.n]]), axis=0)).max(axis=1)
@@ -186,13 +186,13 @@ class _Walk:
         return axes[-1, : self.n]
 
 
-class _Lines:
+class _CartesianMoves:
     """Cartesian moves that follow one another."""
 
     def __init__(self, walk: _Walk, move: Ints, q: Floats) -> None:
         self.walk, self.move, self.q = walk, move, q
         moves, n = walk.moves, walk.n
-        self.T_end = frame_of(moves.pose[move])
+        self.T_end = frames_of_poses(moves.pose[move])
         self.ext_start, self.ext_end = walk.external[move - 1], walk.external[move]
         own = walk.job.scene.chain.forward(q[None])
         own = np.concatenate([own, walk._in_arm_base(move, self.ext_end, self.T_end)[:-1]])
@@ -221,8 +221,8 @@ class _Lines:
                     moves.tool[self.move[k + 1]],
                 ):
                     raise InputError(
-                        f"{place(self.walk.program, int(self.move[k + 1]))}: another tool or base right after a circle "
-                        "that ends at an angle (CA) is not supported; add a point in between"
+                        f"{move_label(self.walk.program, int(self.move[k + 1]))}: another tool or base right after a "
+                        "circle that ends at an angle (CA) is not supported; add a point in between"
                     )
                 start[k + 1, :3, 3] = arcs.end[k]
                 via[k + 1] = via[k + 1] if self.circle[k + 1] else arcs.end[k]
@@ -252,7 +252,7 @@ class _Lines:
     def refined(self, at: Ints, share: Floats) -> tuple[Ints, Floats, Floats]:
         """Samples between which a straight line of the axes is the programmed way, within ``OFF`` and ``TURNED``."""
         axes = self.solved(at, share)
-        open_ = np.ones(len(at), dtype=bool)  # whether the step that ends here is still to be looked at
+        open_ = np.ones(len(at), dtype=bool)  # whether the step that ends here is still to be checked
         for _ in range(HALVINGS):
             before = np.concatenate([np.append(self.q, self.ext_start[0])[None], axes[:-1]])
             since = np.where(np.diff(at, prepend=-1) == 0, np.concatenate([[0.0], share[:-1]]), 0.0)
@@ -261,7 +261,7 @@ class _Lines:
             open_[:] = False
             if not len(bad):
                 break
-            # a sample in the middle of each: both halves are looked at again
+            # a sample in the middle of each: both halves are checked again
             open_[bad] = True
             at, share = np.insert(at, bad, at[bad]), np.insert(share, bad, (since[bad] + share[bad]) / 2)
             open_ = np.insert(open_, bad, True)
@@ -283,7 +283,7 @@ def _held(external: Floats, job: Job) -> Floats:
     return np.where(np.isfinite(external), external, table)
 
 
-def place(program: Program, move: int) -> str:
+def move_label(program: Program, move: int) -> str:
     """Where a move stands, as messages name it."""
     line = program.line_of(move)
     return f"{program.name}: move {move}" if line is None else str(line)

@@ -8,7 +8,7 @@ Assumed of the controller, beside what ``interpolation`` says: a PTP moves all a
 on a line E1 and E2 run in proportion to the way; $VEL.CP is the TCP's speed in the base, which a coupled table carries
 along; every axis keeps its own speed and acceleration, which slow the whole move down; C_DIS rounds a corner within its
 distance, at most from half of the longer move at it; without it the arm stops in the point, as it does where the arc
-goes on or off, where it waits, and between a PTP and a line (the corner that is left there is looked at too). C_VEL
+goes on or off, where it waits, and between a PTP and a line (the corner that is left there is checked too). C_VEL
 rounds within the way on which a controller of ``BRAKES`` slows to its share, C_PTP within its share of half the longer
 way. Metres, radians, seconds.
 """
@@ -26,12 +26,12 @@ from ...arrays import Ints
 from ...failure import IN_ROWS, Failure, Kind
 from ...job.build_order import BuildOrder
 from ...job.job import Job
-from ...motion.motion import STANDING, Motion
+from ...motion.motion import NO_MOVE, Motion
 from ...motion.motion_file import BlendedRows
 from ...timing.time_law import TimeLaw, time_path, time_stops, time_travel
 from ..program import EventKind, MoveKind, Program, SourceLine
 from .corners import BRAKES, DEFAULT_SPEED, asked_distances, rounded_distances
-from .program_path import ProgramPath, path_of
+from .program_path import ProgramPath, interpolate_program
 
 TURN_SPEED = np.deg2rad(200.0)  # of the TCP about itself (KUKA: DEF_VEL_ORI1)
 EXACT_STOP = 1e-5  # m: corners that are rounded over less are stopped in
@@ -83,7 +83,7 @@ def run_program(program: Program, job: Job) -> SimulatedProgram:
     Raises:
         InputError: it cannot be begun; one line.
     """
-    path = path_of(program, job)
+    path = interpolate_program(program, job)
     clock = _Clock(program, job, path)
     clock.all()
     return clock.result()
@@ -179,7 +179,7 @@ class _Clock:
             return
         axes = np.concatenate([self.rows[-1][0][-1:], self.path.axes[rows]])
         # a point that repeats the one before takes no time
-        moving = np.abs(np.diff(axes, axis=0)).max(axis=1) > STANDING
+        moving = np.abs(np.diff(axes, axis=0)).max(axis=1) > NO_MOVE
         axes, rows = axes[np.append(True, moving)], rows[moving]
         if not len(rows):
             return
@@ -196,7 +196,7 @@ class _Clock:
         """Seconds of the steps, joint way to every row, rad, and the zone of rounding in it."""
         speed, acceleration = self._limits(move)
         way = np.linalg.norm(np.diff(axes, axis=0), axis=1)
-        s = np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))])
+        s = np.concatenate([[0.0], np.cumsum(np.maximum(way, NO_MOVE))])
         ends = np.flatnonzero(np.append(np.diff(move) != 0, True))
         zone = 0.0
         if len(ends) > 1:  # as much of the joints' way as the TCP's distance takes at each corner
@@ -234,13 +234,13 @@ class _Clock:
         """Seconds of the steps, way of the TCP in the base to every row, m, and the zone of rounding in it."""
         p = np.concatenate([self.path.begins[move[0]][None, :3, 3], self.path.Ts_frame_tcp[rows][:, :3, 3]])
         way = np.linalg.norm(np.diff(p, axis=0), axis=1)
-        step = np.maximum(way, STANDING)
+        step = np.maximum(way, NO_MOVE)
         asked = self.moves.speed[move]
         cap = np.where(np.isfinite(asked), asked, DEFAULT_SPEED)
         turn = np.abs(np.diff(axes, axis=0)).max(axis=1)
         # where the TCP hardly gets on, the turn of the tool sets the pace
         turns = np.nan_to_num(self.moves.turn_speed[move], nan=TURN_SPEED)
-        cap = np.where(way < turn * 1e-6, step * turns / np.maximum(turn, STANDING), cap)
+        cap = np.where(way < turn * 1e-6, step * turns / np.maximum(turn, NO_MOVE), cap)
         s = np.concatenate([[0.0], np.cumsum(step)])
         zone = self._zone(move, s)
         return self._law(axes, s, cap, move, zone), s, zone
@@ -272,7 +272,7 @@ class _Clock:
     def _mixed_corners(self, axes: Floats, move: Ints) -> list[BlendedRows]:
         """Rounded corners between moves that are timed apart: a PTP and a line, or another tool or base.
 
-        The arm is taken to stop there; where it does not, it leaves the corner, and that way is looked at as well.
+        The arm is taken to stop there; where it does not, it leaves the corner, and that way is checked as well.
         """
         m = self.moves
         other = (m.kind[1:] == MoveKind.AXES) != (m.kind[:-1] == MoveKind.AXES)
@@ -285,7 +285,7 @@ class _Clock:
                 continue
             rows = slice(first - 1, stop)
             step = np.linalg.norm(np.diff(p[rows], axis=0), axis=1)
-            s = np.concatenate([[0.0], np.cumsum(np.maximum(step, STANDING))])
+            s = np.concatenate([[0.0], np.cumsum(np.maximum(step, NO_MOVE))])
             longer = max(s[corner - first], s[-1] - s[corner - first])
             share = float(m.blend_share[k - 1]) if m.kind[k - 1] == MoveKind.AXES else 0.0
             zone = min(max(float(self.asked[k - 1]), share * longer / 2), longer / 2)

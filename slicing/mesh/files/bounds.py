@@ -24,7 +24,7 @@ def require_bounded(file: Path) -> None:
     """Refuse a file that takes more memory than any part does.
 
     Args:
-        file: of any kind; what is no archive and no GLB is held against its size alone.
+        file: of any kind; what is no archive and no GLB is compared with its size alone.
 
     Raises:
         PartError: it is too large, or would unpack to something too large; one line.

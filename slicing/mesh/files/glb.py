@@ -18,7 +18,7 @@ import numpy as np
 
 from ...arrays import Floats, Ints, PartError
 from .. import solid as part
-from ..solid import require_size
+from ..solid import require_few_faces
 from .polygons import Triangles
 
 # what trimesh's reader raises on damaged files
@@ -64,7 +64,7 @@ def read_glb(file: Path) -> Triangles:
     placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
     placed = [(np.asarray(T), scene.geometry[name]) for T, name in placed]
     meshes = [(T, mesh) for T, mesh in placed if isinstance(mesh, trimesh.Trimesh)]
-    require_size(str(file), sum(len(mesh.faces) for _, mesh in meshes))
+    require_few_faces(str(file), sum(len(mesh.faces) for _, mesh in meshes))
     points: list[Floats] = [np.zeros((0, 3))]
     faces: list[Ints] = [np.zeros((0, 3), dtype=np.int64)]
     count = 0

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ...arrays import PartError
-from ..solid import require_size
+from ..solid import require_few_faces
 from .polygons import Triangles, triangulated
 
 FREE_FORM = frozenset({"surf", "curv", "curv2"})
@@ -58,7 +58,7 @@ def read_obj(file: Path) -> Triangles:
             corners += polygon
         elif kind in FREE_FORM:
             raise PartError(f"{file}: line {number}: free-form geometry ({kind}) is not read; export polygons")
-    require_size(str(file), sum(count) - 2 * len(count))
+    require_few_faces(str(file), sum(count) - 2 * len(count))
     highest = max(corners, default=-1)
     if highest >= len(points):
         raise PartError(f"{file}: a face names vertex {highest + 1}; the file has {len(points)}")

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ...arrays import Floats, Ints, PartError
-from ..solid import require_size
+from ..solid import require_few_faces
 from .polygons import Triangles, triangulated
 
 TYPES = {
@@ -36,7 +36,7 @@ class _Property:
 
 
 @dataclass(frozen=True)
-class _Element:
+class _PlyElement:
     name: str
     rows: int
     properties: list[_Property] = field(default_factory=list)
@@ -71,7 +71,7 @@ def read_ply(file: Path) -> Triangles:
     order, elements = _header(file, head[: end.start()].decode("utf-8", errors="replace"))
     for element in elements:
         if element.name == "face":
-            require_size(str(file), element.rows)
+            require_few_faces(str(file), element.rows)
         room = file.stat().st_size - end.end()
         if element.least_bytes(order == "=") > room + 1:
             raise _bad(file, f"its header counts {element.rows:,} rows of {element.name}, the file has {room:,} bytes")
@@ -89,7 +89,7 @@ def read_ply(file: Path) -> Triangles:
     return triangulated(points, count, corners, str(file))
 
 
-def _header(file: Path, text: str) -> tuple[str, list[_Element]]:
+def _header(file: Path, text: str) -> tuple[str, list[_PlyElement]]:
     """Byte order ("=" for text) and the elements."""
     order, elements = "", []
     for line in text.splitlines():
@@ -98,7 +98,7 @@ def _header(file: Path, text: str) -> tuple[str, list[_Element]]:
             if words[:1] == ["format"]:
                 order = ORDERS[words[1]]
             elif words[:1] == ["element"]:
-                elements.append(_Element(words[1], int(words[2])))
+                elements.append(_PlyElement(words[1], int(words[2])))
             elif words[:2] == ["property", "list"]:
                 elements[-1].properties.append(_Property(words[4], TYPES[words[3]], TYPES[words[2]]))
             elif words[:1] == ["property"]:
@@ -110,7 +110,7 @@ def _header(file: Path, text: str) -> tuple[str, list[_Element]]:
     return order, elements
 
 
-def _wanted(element: _Element) -> tuple[list[str], str]:
+def _wanted(element: _PlyElement) -> tuple[list[str], str]:
     """Names of an element's numbers that are wanted, or of its list."""
     names = [p.name for p in element.properties]
     if element.name == "vertex":
@@ -124,7 +124,7 @@ def _wanted(element: _Element) -> tuple[list[str], str]:
 
 
 def _binary_rows(
-    file: Path, data: bytes, elements: list[_Element], order: str
+    file: Path, data: bytes, elements: list[_PlyElement], order: str
 ) -> dict[str, Floats | tuple[Ints, Ints]]:
     found: dict[str, Floats | tuple[Ints, Ints]] = {}
     at = 0
@@ -150,7 +150,7 @@ def _binary_rows(
     return found
 
 
-def _row_type(element: _Element, order: str, sizes: dict[str, int]) -> np.dtype:
+def _row_type(element: _PlyElement, order: str, sizes: dict[str, int]) -> np.dtype:
     """The type of a row if all lists are as long as in the first one."""
     fields: list[tuple[str, str] | tuple[str, str, tuple[int]]] = []
     for p in element.properties:
@@ -161,7 +161,7 @@ def _row_type(element: _Element, order: str, sizes: dict[str, int]) -> np.dtype:
     return np.dtype(fields)
 
 
-def _first_count(data: bytes, at: int, element: _Element, order: str, wanted: _Property) -> int:
+def _first_count(data: bytes, at: int, element: _PlyElement, order: str, wanted: _Property) -> int:
     """How long a list is in the first row."""
     for p in element.properties:
         if not p.count:
@@ -174,7 +174,7 @@ def _first_count(data: bytes, at: int, element: _Element, order: str, wanted: _P
     return 0
 
 
-def _of_rows(element: _Element, rows: np.ndarray, sizes: dict[str, int]) -> Floats | tuple[Ints, Ints]:
+def _of_rows(element: _PlyElement, rows: np.ndarray, sizes: dict[str, int]) -> Floats | tuple[Ints, Ints]:
     names, listed = _wanted(element)
     if names:
         return np.stack([rows[name].astype(np.float64) for name in names], axis=1)
@@ -183,7 +183,7 @@ def _of_rows(element: _Element, rows: np.ndarray, sizes: dict[str, int]) -> Floa
     return np.full(len(rows), size, dtype=np.int64), corners
 
 
-def _uneven_rows(data: bytes, at: int, element: _Element, order: str) -> tuple[Floats | tuple[Ints, Ints], int]:
+def _uneven_rows(data: bytes, at: int, element: _PlyElement, order: str) -> tuple[Floats | tuple[Ints, Ints], int]:
     """Rows whose lists differ in length, one after the other."""
     names, listed = _wanted(element) if element.name in ("vertex", "face") else ([], "")
     places: list[list[float]] = []
@@ -210,7 +210,9 @@ def _uneven_rows(data: bytes, at: int, element: _Element, order: str) -> tuple[F
     return (np.array(count, dtype=np.int64), np.array(corners, dtype=np.int64)), at
 
 
-def _text_rows(file: Path, data: bytes, elements: list[_Element], order: str) -> dict[str, Floats | tuple[Ints, Ints]]:
+def _text_rows(
+    file: Path, data: bytes, elements: list[_PlyElement], order: str
+) -> dict[str, Floats | tuple[Ints, Ints]]:
     found: dict[str, Floats | tuple[Ints, Ints]] = {}
     lines = iter(line for line in data.decode("utf-8", errors="replace").splitlines() if line.strip())
     for element in elements:
@@ -244,7 +246,7 @@ def _skip(lines: Iterator[str], rows: int) -> None:
         next(lines, None)
 
 
-def _split(words: list[str], element: _Element) -> dict[str, list[str]]:
+def _split(words: list[str], element: _PlyElement) -> dict[str, list[str]]:
     """A row's words by property."""
     row: dict[str, list[str]] = {}
     at = 0
@@ -279,7 +281,7 @@ def read_off(file: Path) -> Triangles:
     sizes = first[1:] or next(lines, [])
     try:
         n, m = int(sizes[0]), int(sizes[1])
-        require_size(str(file), m)
+        require_few_faces(str(file), m)
         points = [[float(word) for word in next(lines)[:3]] for _ in range(n)]
         rows = [next(lines) for _ in range(m)]
         polygons = [[int(word) for word in row[1 : 1 + int(row[0])]] for row in rows]

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...arrays import Floats, PartError
 from ...warning import Code, Warning
-from ..solid import require_size
+from ..solid import require_few_faces
 from .polygons import Triangles
 
 HEAD, COUNT, FACE = 80, 84, 50  # bytes of the header, of it with the count, of a triangle
@@ -70,7 +70,7 @@ def _read_binary(file: Path) -> Triangles:
                 )
             if parts and count == 0:
                 break  # padding
-            require_size(str(file), count + sum(len(part) for part in parts))
+            require_few_faces(str(file), count + sum(len(part) for part in parts))
             data = np.frombuffer(stream.read(FACE * count), dtype=TRIANGLE)
             parts.append(data["corners"].reshape(-1, 3).astype(np.float64))
             at = end
@@ -96,7 +96,7 @@ def _read_text(file: Path) -> Triangles:
     found = re.findall(rb"(?i)\bvertex\s+(" + NUMBER + rb")\s+(" + NUMBER + rb")\s+(" + NUMBER + rb")", text)
     facets = len(re.findall(rb"(?i)\bfacet\s+normal\b", text))
     corners = len(re.findall(rb"(?i)\bvertex\b", text))
-    require_size(str(file), facets)
+    require_few_faces(str(file), facets)
     if len(found) != corners or corners != 3 * facets:
         raise PartError(
             f"{file}: not readable as a STL mesh ({facets} facets with {len(found)} readable of {corners} vertices;"

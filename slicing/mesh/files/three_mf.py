@@ -25,7 +25,7 @@ import numpy as np
 
 from ...arrays import Floats, Ints, PartError
 from ...warning import Code, Warning
-from ..solid import require_size
+from ..solid import require_few_faces
 from .polygons import Triangles
 
 MODEL_TYPE = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
@@ -198,7 +198,7 @@ class _Reader:
         faces = faces[faces[:, 0] >= 0] if len(faces) else faces
         if len(faces) == 0:
             return
-        require_size(str(self.file), self.count[1] + len(faces))
+        require_few_faces(str(self.file), self.count[1] + len(faces))
         mirrored = np.linalg.det(transform[:3]) < 0
         self.points.append(found.points @ transform[:3] + transform[3])
         self.faces.append((faces[:, ::-1] if mirrored else faces) + self.count[0])
@@ -265,7 +265,7 @@ def _parsed(file: Path, data: bytes) -> _Model:
         elif tag == "triangle":
             faces.append((element.get("v1"), element.get("v2"), element.get("v3")))
             if len(faces) % 100_000 == 0:
-                require_size(str(file), len(faces))
+                require_few_faces(str(file), len(faces))
         elif tag == "component":
             place = _transform(file, element.get("transform"))
             current.components.append((_path(element), str(element.get("objectid")), place))

@@ -117,7 +117,7 @@ def test_groups_are_built_in_the_order_of_the_poses() -> None:
     # deposits count up as they are laid, and their shapes have these numbers
     assert job.laid.max() == job.shape.n_deposits
     assert (np.diff(job.laid) >= 0).all()
-    assert (np.diff(job.targets.path) >= 0).all()
+    assert (np.diff(job.targets.bead) >= 0).all()
     names = {name.split("/")[1]: name.split("/")[2] for name in job.shape.hulls if name.startswith("deposit/")}
     t = job.targets
     assert all(names[str(d - 1)] == t.sub_volume[k] for d, k in zip(job.laid, t.sub_volume_index, strict=True))
@@ -125,7 +125,7 @@ def test_groups_are_built_in_the_order_of_the_poses() -> None:
     plain = prepared()
     assert job.order is not None
     assert (plain.targets.position[job.order.target] == t.position).all()
-    assert (plain.targets.path[job.order.target] == job.order.bead[t.path]).all()
+    assert (plain.targets.bead[job.order.target] == job.order.bead[t.bead]).all()
     assert (job.order.targets_of_file(job.order.target) == np.arange(len(t))).all()
     assert (plain.targets.closed[job.order.bead] == t.closed).all()
 

@@ -11,7 +11,7 @@ import trimesh
 import yaml
 from support.paths import ROOT
 
-from cell.cli.case_options import parse_roll
+from cell.cli.case_options import roll_argument
 from cell.cli.main import main
 from cell.errors import InputError
 
@@ -153,12 +153,12 @@ def test_unusable_meshes_are_one_line(mesh, says, make_case, tmp_path, capsys):
 
 
 def test_roll_texts():
-    assert parse_roll("free") == "free"
-    assert parse_roll("fixed:-30").fixed_deg == -30
-    assert parse_roll("range:-90:90").range_deg == (-90, 90)
+    assert roll_argument("free") == "free"
+    assert roll_argument("fixed:-30").fixed_deg == -30
+    assert roll_argument("range:-90:90").range_deg == (-90, 90)
     for bad in ("", "free:1", "fixed:x", "range:1", "range:90:-90", "range:0:999"):
         with pytest.raises(InputError):
-            parse_roll(bad)
+            roll_argument(bad)
 
 
 def test_slice_writes_the_contract(make_case, tmp_path):

@@ -64,8 +64,8 @@ def test_all_cores_are_used_unless_it_says_otherwise(
 ) -> None:
     asked: list[int] = []
 
-    def checked(*_: object, jobs: int = 1) -> Result:
-        asked.append(jobs)
+    def checked(*_: object, processes: int = 1) -> Result:
+        asked.append(processes)
         return little
 
     monkeypatch.setattr("cell.verdict.by_table_mode.prepare_and_check", checked)

@@ -14,7 +14,7 @@ from cell.cli.console import console
 from cell.cli.main import main
 from cell.cli.progress_bar import Bars
 from cell.cli.verbosity import is_quiet, is_verbose, speaking
-from cell.progress import counted, phase
+from cell.progress import counted_progress, phase
 from cell.report.check_report import WORST
 
 
@@ -88,7 +88,7 @@ def test_bars_and_spinners_are_for_terminals_that_want_them() -> None:
     for quiet, stream, shown in ((False, Tty(), True), (True, Tty(), False), (False, io.StringIO(), False)):
         with speaking(quiet, False, stream):
             add(1, 2)
-            with counted(Bars(stream), "things", 2) as count:
+            with counted_progress(Bars(stream), "things", 2) as count:
                 count()
         assert bool(stream.getvalue()) == shown
 
@@ -108,7 +108,7 @@ def test_progress_is_told_from_the_first_to_the_last_even_where_it_ends_early() 
     told: list[tuple[str, int, int]] = []
 
     def stops() -> None:
-        with counted(lambda *step: told.append(step), "things", 4, done=1) as count:
+        with counted_progress(lambda *step: told.append(step), "things", 4, done=1) as count:
             count()
             raise RuntimeError("stopped")
 

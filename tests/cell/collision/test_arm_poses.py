@@ -7,7 +7,7 @@ from cell.case.read import load_case
 from cell.collision import checker as collision
 from cell.collision.arm_poses import ArmPoses
 from cell.collision.checker import Checker
-from cell.collision.table import table_alone
+from cell.collision.table_clearances import table_alone
 from cell.job.job import prepare
 
 

@@ -16,20 +16,20 @@ from support.cells.arm_places import places
 from support.jobs.cases import at, bosses, turned
 
 from cell.case.read import load_case
+from cell.collision.blend_proofs import KnownRows
 from cell.collision.blended_corners import _cut_on, _off_rows, cut_corners
+from cell.collision.blended_paths import BlendedPath as Rows
+from cell.collision.blended_paths import pieces
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.proofs.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.proofs.reach_radii import radii
-from cell.collision.rounded_paths import BlendedPath as Rows
-from cell.collision.rounded_paths import pieces
-from cell.collision.rounding_proofs import KnownRows
 from cell.failure import Kind
 from cell.job.job import prepare
-from cell.motion.motion import STANDING, Motion
+from cell.motion.motion import NO_MOVE, Motion
 from cell.motion.motion_file import ReadMotion
-from cell.planning.blended_check import travel_corners, travel_path
 from cell.planning.context import Context, settings_of
+from cell.planning.edges.blended_check import travel_corners, travel_path
 from cell.remedy_search import search as remedies_module
 from cell.remedy_search.changes import single_changes
 from cell.remedy_search.search import remedies
@@ -48,7 +48,7 @@ def test_how_far_a_rounded_path_is_off_its_rows_is_bounded_and_no_more_than_it_i
     for trial in range(12):
         m = int(rng.integers(3, 25))
         q = np.cumsum(rng.normal(size=(m, 6)) * 0.01, axis=0)
-        s = 0.3 + np.concatenate([[0], np.cumsum(rng.choice([STANDING, 1e-4, 1e-3, 5e-3], m - 1))])
+        s = 0.3 + np.concatenate([[0], np.cumsum(rng.choice([NO_MOVE, 1e-4, 1e-3, 5e-3], m - 1))])
         path = Rows(q, s, 1e-3)
         p = pieces(path, RADIUS)
         at = np.sort(np.concatenate([rng.uniform(s[0], s[-1], 4000), s]))
@@ -161,7 +161,7 @@ def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(
     cut = run(notched_case(tmp_path, "cut", blend_mm=20))
     bad = {i: row for i, row in enumerate(cut.rows) if row.reason is not None}
     # every layer has the corner; the first is held against the same looked at closely
-    first = {i: row for i, row in bad.items() if cut.job.targets.path[i] == 0}
+    first = {i: row for i, row in bad.items() if cut.job.targets.bead[i] == 0}
     target, row = min(first.items(), key=lambda item: item[1].detail["distance_mm"])
     assert max(first) - min(first) < 2
     assert (row.reason, row.detail["on_the_way"], row.detail["rounded"]) == ("no_path", "collision", True)

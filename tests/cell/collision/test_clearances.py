@@ -13,7 +13,7 @@ from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.job.job import prepare
 from cell.scene.compose import compose
-from cell.scene.placement import place
+from cell.scene.placement import place_targets
 from ik.roll import apply_roll
 
 TABLE = (np.deg2rad(90.0), np.deg2rad(-180.0))
@@ -22,7 +22,7 @@ SAME = 1e-4  # m that the two ways of MuJoCo may differ
 
 def near_the_part(job, count, rng):
     """Configurations with the torch at, near and in the part, and some anywhere, (m, 6), rad."""
-    placed = place(job.targets, job.scene.T_base_part(*TABLE)).rows(rng.integers(len(job.targets), size=count))
+    placed = place_targets(job.targets, job.scene.T_base_part(*TABLE)).rows(rng.integers(len(job.targets), size=count))
     Ts = apply_roll(placed.Ts_base_target, rng.uniform(-np.pi, np.pi, count))
     Ts[:, :3, 3] += rng.uniform(-0.03, 0.03, (count, 3)) + 0.02 * placed.normal
     q = job.solver.candidates(Ts).q.reshape(-1, 6)

@@ -16,8 +16,8 @@ from cell.case.read import load_case
 from cell.collision import model_copies
 from cell.collision.checker import NEVER, Checker
 from cell.collision.model_copies import Switched, lent
-from cell.collision.pair_groups import PairGroup, pair_groups
-from cell.collision.table import TableChecker
+from cell.collision.pair_groups import PairGroupChecker, pair_groups
+from cell.collision.table_clearances import TableChecker
 from cell.collision.wire import wire_checker, wire_scene
 from cell.job.job import prepare
 from cell.scene.scene import Scene
@@ -95,7 +95,7 @@ def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_pat
         fresh = made().clearances(q, deposits_laid)  # in the order of all that follows: how far is looked hangs on it
     assert (fresh.distance < 0).any()
     assert fresh.distance[0] > 0
-    groups = [PairGroup(made(), itself=itself) for itself in (False, True)]
+    groups = [PairGroupChecker(made(), itself=itself) for itself in (False, True)]
     wires = [wire_checker(made()) for _ in range(2)]
     tables = [TableChecker(scene, 0.05) for _ in range(2)]
     for group in groups:

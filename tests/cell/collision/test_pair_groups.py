@@ -9,8 +9,8 @@ import pytest
 from support.cells.random_cells import random_scenes
 
 from cell.collision.checker import Checker
-from cell.collision.pair_groups import PairGroup, groups_of
-from cell.collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way
+from cell.collision.pair_groups import PairGroupChecker, groups_of
+from cell.collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_between_samples
 from cell.collision.proofs.plane_proofs import proofs_of
 from cell.collision.proofs.reach_radii import radii
 
@@ -27,7 +27,7 @@ def checkers(scenes, rng):
 
 
 def groups(checker):
-    return PairGroup(checker, itself=False), PairGroup(checker, itself=True)
+    return PairGroupChecker(checker, itself=False), PairGroupChecker(checker, itself=True)
 
 
 def test_the_least_of_both_groups_is_that_of_all_pairs(scenes):
@@ -91,7 +91,7 @@ def test_the_least_is_what_dense_samples_have(scenes, many):
             way = start + np.array([-3.0, -1.0, 1.0, 3.0])[:, None] * rng.normal(size=chain.n) * 0.03
             deposits_laid = np.zeros(len(way), dtype=np.int64)
             found = checker.clearances(way, deposits_laid)
-            _, nearest = least_on_the_way(checker, radius, way, deposits_laid, found, many=many)
+            _, nearest = least_between_samples(checker, radius, way, deposits_laid, found, many=many)
             t = np.linspace(0, 1, 15)[:, None]
             dense = np.concatenate([a + t * (b - a) for a, b in itertools.pairwise(way)])
             true = checker.clearances(dense, np.zeros(len(dense), dtype=np.int64)).distance.min()

@@ -29,7 +29,7 @@ def free(job: Job, **more: object) -> TableFreedom:
 
 def fits(job: Job, targets: Targets) -> bool:
     length = np.linalg.norm(np.diff(targets.position, axis=0), axis=1) * 1e-3
-    way = Schedule(free(job), CONE, np.deg2rad([100.0, 150.0])).along(targets.normal, targets.path, length)
+    way = Schedule(free(job), CONE, np.deg2rad([100.0, 150.0])).along(targets.normal, targets.bead, length)
     return bool(way.off.max() <= CONE)
 
 
@@ -38,11 +38,11 @@ def test_pieces_that_the_table_can_follow(job: Job, turns: float, pieces: int) -
     whole = helix(turns)
     split, count = split_beads(whole, free(job), CONE)
     assert count == {0: pieces}
-    assert split.path.max() + 1 == pieces
+    assert split.bead.max() + 1 == pieces
     assert fits(job, split)
     assert fits(job, whole) == (pieces == 1)
     # a piece begins at the target where the one before ended; nothing else changes
-    again = np.flatnonzero(np.diff(split.path))
+    again = np.flatnonzero(np.diff(split.bead))
     assert (split.position[again] == split.position[again + 1]).all()
     assert (split.normal[again] == split.normal[again + 1]).all()
     kept = np.delete(np.arange(len(split)), again + 1)
@@ -68,6 +68,6 @@ def test_an_endless_axis_needs_no_pieces(tmp_path: Path) -> None:
     split, _ = split_beads(whole, endless, CONE)
     assert split is whole
     length = np.linalg.norm(np.diff(whole.position, axis=0), axis=1) * 1e-3
-    way = Schedule(endless, CONE, np.deg2rad([100.0, 150.0])).along(whole.normal, whole.path, length)
+    way = Schedule(endless, CONE, np.deg2rad([100.0, 150.0])).along(whole.normal, whole.bead, length)
     assert way.off.max() <= CONE
     assert np.ptp(way.tables[:, 1]) > 2 * np.pi * 2.9

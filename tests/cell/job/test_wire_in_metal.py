@@ -164,7 +164,7 @@ def test_no_wire_runs_through_anything_between_targets_that_are_left_out():
         path = np.arange(n) // 20
         thick, none = rng.uniform(1.0, 3.0, n), np.zeros(n, dtype=np.int64)
         targets = SimpleNamespace(
-            path=path, position=position, normal=normal, thickness_mm=thick, sub_volume_index=none
+            bead=path, position=position, normal=normal, thickness_mm=thick, sub_volume_index=none
         )
         out_of_it = np.flatnonzero(~metal.may_be_met(targets))
         left_out += len(out_of_it)

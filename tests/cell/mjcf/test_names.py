@@ -9,7 +9,7 @@ from cell.cli.main import main
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.report.scene_contents import look_into_scene
-from cell.scene.composition import Piece
+from cell.scene.composition import BodyOwner
 
 
 def scene_of(path):
@@ -21,7 +21,7 @@ def test_a_users_shape_may_be_called_what_the_cell_calls_its_own(name, tmp_path)
     scene = scene_of(write_case(tmp_path, "cell", table=TABLE.replace('"beam"', f'"{name}"')))
     names = [scene.geom_name(g) for g in range(scene.model.ngeom)]
     mine = names.index(f"positioner/{name}")
-    assert scene.piece_of_geom[mine] == Piece.POSITIONER
+    assert scene.piece_of_geom[mine] == BodyOwner.POSITIONER
     assert scene.deposit_of_geom[mine] == -1
     assert not scene.put_on_table[mine]
     assert names.count(name) <= 1
@@ -59,7 +59,7 @@ def test_two_fixtures_of_one_name_are_refused_and_names_of_ours_are_theirs(tmp_p
     box = {"box": {"size_mm": [9, 9, 9]}, "position_mm": [0, 2000, 50]}
     names = ("part", "workpiece", "clamp", "clamp_visual")
     scene = scene_of(write_case(tmp_path, "cell", fixtures=[{"name": name, **box} for name in names]))
-    assert (scene.piece_of_geom == Piece.FIXTURE).sum() == 2 * len(names)
+    assert (scene.piece_of_geom == BodyOwner.FIXTURE).sum() == 2 * len(names)
     with pytest.raises(InputError, match="already used"):
         scene_of(write_case(tmp_path, "cell", fixtures=[{"name": "clamp", **box}] * 2))
 

@@ -43,7 +43,7 @@ def test_a_part_in_one_chunk_is_planned_as_ever(job: Job) -> None:
     shared = Shared.of(job, context_of(job))
     chunks = USUAL.chunks(job.targets, shared.context.span)
     assert len(chunks) == 1
-    plan, other = plan_in_chunks(shared, chunks), plan_part(context_of(job), job.targets.path)
+    plan, other = plan_in_chunks(shared, chunks), plan_part(context_of(job), job.targets.bead)
     assert len(plan.travels) == len(other.travels) == len(plan.beads) - 1
     for one, two in zip(plan.stretches, other.stretches, strict=True):
         assert (one.q == two.q).all()

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cell.job.job import WORTH_A_START
-from cell.part_chunks.chunking import Chunk, Chunking, pool_for
+from cell.part_chunks.chunking import Chunk, Chunking, pool_for_chunks
 from cell.planning.context import Span
 from cell.processes.worker_pool import working
 from slicing import Targets
@@ -55,9 +55,9 @@ def test_processes_that_begin_with_nothing_start_for_a_large_part_alone(
         monkeypatch.setattr(f"cell.processes.worker_pool.{name}", lambda: copied)
     half = WORTH_A_START // 2
     chunks = [Chunk((100,), 100 + half), Chunk((100 + half,), 100 + WORTH_A_START + targets)]
-    assert pool_for(chunks).jobs == 1
+    assert pool_for_chunks(chunks).processes == 1
     with working(2) as mine:
-        assert pool_for(chunks).jobs == jobs
+        assert pool_for_chunks(chunks).processes == jobs
         assert not mine.workers()
 
 
@@ -69,7 +69,7 @@ def test_every_bead_is_in_one_chunk_and_no_chunk_is_short(
     layers: list[list[int]], least: int, data: st.DataObject
 ) -> None:
     targets = targets_of(layers)
-    starts = np.flatnonzero(np.diff(targets.path, prepend=-1)).tolist()
+    starts = np.flatnonzero(np.diff(targets.bead, prepend=-1)).tolist()
     first = data.draw(st.sampled_from(starts))
     span = Span(first, len(targets), None, None)
     chunks = Chunking(0, least).chunks(targets, span)

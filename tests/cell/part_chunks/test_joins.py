@@ -11,7 +11,7 @@ from support.jobs.layered_boss import context_of, layered_job
 from cell.failure import ON_TRAVEL, Failure, Kind
 from cell.job.job import Job
 from cell.part_chunks.chunked_plan import Shared, join_chunks
-from cell.part_chunks.joins import joint_of, unwound
+from cell.part_chunks.joins import joint_of, turned_to_chunk_before
 from cell.planning.context import Context
 from cell.planning.part_plan import PartPlan, plan_part
 
@@ -30,7 +30,7 @@ def context(job: Job) -> Context:
 
 @pytest.fixture(scope="module")
 def plan(job: Job, context: Context) -> PartPlan:
-    return plan_part(context, job.targets.path)
+    return plan_part(context, job.targets.bead)
 
 
 def halves(plan: PartPlan) -> list[PartPlan]:
@@ -64,7 +64,7 @@ def test_a_chunk_a_whole_turn_off_is_turned_back(job: Job, context: Context, pla
     # towards where A6 has room, so that turning it back is within its limits
     turn[5] = -2 * np.pi if b.stretches[0].q[0, 5] > 0 else 2 * np.pi
     off = turned(b, turn)
-    back = unwound(context, last, off)
+    back = turned_to_chunk_before(context, last, off)
     for one, other in zip(back.stretches, b.stretches, strict=True):
         np.testing.assert_allclose(one.q, other.q, atol=1e-12)
         np.testing.assert_allclose(one.q_targets, other.q_targets, atol=1e-12)
@@ -78,12 +78,12 @@ def test_a_chunk_a_whole_turn_off_is_turned_back(job: Job, context: Context, pla
     tight = replace(tight, upper=np.where(np.arange(6) == 5, off.stretches[0].q.max(axis=0) + 1.0, chain.upper))
     if turn[5] < 0:
         narrow = replace(context, solver=replace(context.solver, chain=tight))
-        assert unwound(narrow, last, off) is off
+        assert turned_to_chunk_before(narrow, last, off) is off
 
 
 def test_a_turn_of_a_joint_with_one_turn_is_none(context: Context, plan: PartPlan) -> None:
     a, b = halves(plan)
-    assert unwound(context, a.stretches[-1], b) is b
+    assert turned_to_chunk_before(context, a.stretches[-1], b) is b
 
 
 def test_what_cannot_be_left_is_stuck_and_the_bead_stays(job: Job, context: Context, plan: PartPlan) -> None:

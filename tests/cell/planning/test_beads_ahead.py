@@ -8,10 +8,10 @@ from support.jobs.boss_motion import boss_case
 from support.jobs.searches import setup_of
 
 from cell import DEFAULT_CASE, load_case, prepare
+from cell.planning.bead_plan import plan_bead
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
-from cell.planning.edge_check import SearchedBead
-from cell.planning.part_plan import plan_bead
+from cell.planning.edges.edge_check import SearchedBead
 from cell.planning.station_search import Ends, StationSearch
 
 
@@ -22,8 +22,8 @@ def boss(request, tmp_path_factory):
 
 
 def beads_of(job):
-    firsts = tuple(np.flatnonzero(np.diff(job.targets.path, prepend=-1)).tolist())
-    return firsts, [*firsts[1:], len(job.targets.path)]
+    firsts = tuple(np.flatnonzero(np.diff(job.targets.bead, prepend=-1)).tolist())
+    return firsts, [*firsts[1:], len(job.targets.bead)]
 
 
 def test_they_are_what_each_is_by_itself(boss):
@@ -67,7 +67,7 @@ def test_beads_at_which_the_wrist_swings_are_found_ahead_too():
         for name in ("q_targets", "roll", "q", "edge", "fraction", "position", "margin"):
             assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-12), name
         quick = StationSearch(SearchedBead.of(context, first, stop), context.settings.roll_step, Ends(q_before))
-        swinging += quick.way() is None
+        swinging += quick.cheapest_path() is None
         assert not quick.shut
         q_before = one.q_targets[-1]
     assert 0 < swinging < 8
@@ -113,7 +113,7 @@ def test_a_search_in_vain_is_not_done_again(boss):
     search = ahead.in_vain(firsts[0], None)
     assert search is not None
     asked = narrow.asked
-    assert search.way() is None  # of what it knows by now nothing is asked again
+    assert search.cheapest_path() is None  # of what it knows by now nothing is asked again
     assert ahead.bead(firsts[0], None) is None
     assert narrow.asked == asked
     assert ahead.in_vain(firsts[1], None) is None
@@ -131,7 +131,7 @@ def test_where_a_station_is_shut_no_way_is_whole(boss):
         narrow = Context.of(job, context.checker.table, replace(context.settings, clearance=clearance))
         for first, stop in zip(firsts, stops, strict=True):
             quick = StationSearch(SearchedBead.of(narrow, first, stop), context.settings.roll_step, Ends())
-            if quick.way() is None and quick.shut and context.window.is_fixed:
+            if quick.cheapest_path() is None and quick.shut and context.window.is_fixed:
                 shut += 1
                 assert plan_bead(narrow, first, stop, None, quickly=False).target_failures
     assert (shut > 5) == context.window.is_fixed

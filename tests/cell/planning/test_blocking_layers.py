@@ -6,9 +6,9 @@ import numpy as np
 
 from cell.case.read import load_case
 from cell.job.job import prepare
+from cell.planning.bead_plan import plan_bead
 from cell.planning.blocking_layers import _bead_trial
 from cell.planning.context import Context
-from cell.planning.part_plan import plan_bead
 
 # leaves room for the nozzle above some targets of a layer and not above others
 POST = {"name": "post", "box": {"size_mm": [120, 12, 60]}, "position_mm": [-120, 9, 120], "on": "table"}
@@ -17,7 +17,7 @@ POST = {"name": "post", "box": {"size_mm": [120, 12, 60]}, "position_mm": [-120,
 def test_what_is_in_the_way_of_a_fixture_is_blamed_on_no_layer(make_case) -> None:
     job = prepare(load_case(make_case(fixtures=[POST])))
     context = Context.of(job, (np.deg2rad(90), np.deg2rad(180)))
-    bead = plan_bead(context, 0, int(np.searchsorted(job.targets.path, 1)), None)
+    bead = plan_bead(context, 0, int(np.searchsorted(job.targets.bead, 1)), None)
     failed = bead.target_failures.keys() | bead.edge_failures.keys()
     assert failed
     trial = _bead_trial(bead, set(failed), np.inf)

@@ -9,10 +9,17 @@ import pytest
 
 from cell.case.read import load_case
 from cell.job.job import prepare
-from cell.planning.collision_free_rolls import FINEST, _Looked, _may_hide, _open_between, _spread, standing_between
-from cell.planning.configurations import evaluate
+from cell.planning.collision_free_rolls import (
+    FINEST,
+    _KnownRolls,
+    _may_hide,
+    _open_between,
+    _spread,
+    configuration_between,
+)
+from cell.planning.configurations import nodes_at_rolls
 from cell.planning.context import Context, settings_of
-from cell.scene.placement import place
+from cell.scene.placement import place_targets
 from cell.scene.scene import table_angles
 from ik.reachability_proof import certify
 
@@ -22,12 +29,12 @@ def test_a_roll_is_called_reached_alone_only_where_nothing_is_in_the_way(make_ca
     block = {"name": "block", "box": {"size_mm": [600, 600, 600]}, "position_mm": [600, 0, 900]}
     job = prepare(load_case(make_case(fixtures=[block] if blocked else [])))
     table, settings = table_angles(job.scene, 90, 180), settings_of(job)
-    placed = place(job.targets, job.scene.T_base_part(*table))
+    placed = place_targets(job.targets, job.scene.T_base_part(*table))
     context = Context.of(job, table)
-    nodes = evaluate(job.solver, placed.rows(slice(0, 1)), job.window, settings.roll_step, context.limits)
+    nodes = nodes_at_rolls(job.solver, placed.rows(slice(0, 1)), job.window, settings.roll_step, context.limits)
     T = placed.Ts_base_target[0]
     roll = float(certify(job.solver.chain, T[None], job.window, context.limits, job.solver.form).roll[0])
-    hint = standing_between(context, nodes, T, int(job.deposits_before[0]), roll)
+    hint = configuration_between(context, nodes, T, int(job.deposits_before[0]), roll)
     if blocked:
         assert hint.collision.measure < 5
         assert abs(hint.roll_deg - np.rad2deg(roll)) < 6.001
@@ -51,13 +58,13 @@ def test_a_free_roll_is_looked_at_however_narrow_the_room_is_between_what_holds_
     assert closed > 1000  # what is held all of the way is left out
 
 
-def looked(room: tuple[float, float], held: tuple[float, float]) -> _Looked:
+def looked(room: tuple[float, float], held: tuple[float, float]) -> _KnownRolls:
     """Two neighbouring rolls 10 degrees apart, in which the arm's one joint turns by 10 degrees."""
     roll = np.deg2rad([0.0, 10.0])
     none = np.zeros(2, dtype=int)
     q = np.deg2rad([[0.0], [10.0]])
     pair = np.full((2, 2), -1)
-    return _Looked(none, none, roll, q, np.array(room), np.array(held), pair, np.full((2, 3), np.nan))
+    return _KnownRolls(none, none, roll, q, np.array(room), np.array(held), pair, np.full((2, 3), np.nan))
 
 
 @pytest.mark.parametrize("share", [0.05, 0.5, 0.95, 1.05])

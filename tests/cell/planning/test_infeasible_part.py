@@ -18,9 +18,10 @@ from cell.job.job import Job, prepare
 from cell.part_chunks.chunk_starts import beginnings
 from cell.part_chunks.chunking import Chunking
 from cell.planning import infeasible_part, part_plan
+from cell.planning.bead_outcome import BeadPlan
 from cell.planning.collision_free_rolls import _looked_at, collision_free_rolls, free_nowhere
 from cell.planning.context import Context
-from cell.planning.edge_check import SearchedBead
+from cell.planning.edges.edge_check import SearchedBead
 from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone, unreachable
 from cell.planning.station_search import HIT, Ends, StationSearch
 from cell.scene.scene import table_angles
@@ -145,6 +146,37 @@ def test_the_first_bead_of_a_chunked_part_is_searched_as_sparingly_as_any(monkey
     judge.knows(known.bead, known.spent)
     assert judge.lost
     assert judge.left(known.bead.stop) == infeasible_part.PER_TARGET * known.bead.stop - known.spent
+
+
+def test_a_bead_that_comes_out_whole_is_charged_for_what_is_not_easy(job_with, monkeypatch):
+    context = context_of(job_with())
+    stop = int(np.flatnonzero(np.diff(context.laid) > 0)[0]) + 1 if np.diff(context.laid).any() else 8
+    whole = BeadPlan(0, stop, (), {}, {})
+
+    def charged(asked: int) -> float:
+        judge = InfeasiblePartJudge(context, 0)
+
+        def in_full(_: float | None) -> BeadPlan:
+            context.checker.asked.count += asked
+            return whole
+
+        assert judge.affords(0, stop)
+        assert judge.plan(0, stop, None, in_full) is whole
+        assert not judge.lost
+        return judge.spent
+
+    assert charged(infeasible_part.EASY * stop) == 0
+    assert charged(infeasible_part.EASY * stop + 100) == 100
+
+
+def test_a_bead_beyond_the_budget_is_put_off_in_the_first_pass_alone(job_with, nothing_over):
+    context = context_of(job_with())
+    for full_searches, put_off in ((0, True), (1, False)):
+        judge = InfeasiblePartJudge(context, 0, full_searches=full_searches)
+        judge.spent = 1e9
+        bead = judge.plan(0, 4, None, lambda _: BeadPlan(0, 4, (), {}, {}))
+        assert (bead is None) == put_off
+        assert not judge.lost
 
 
 def test_out_of_reach_is_proved_for_all_without_a_question_about_collisions(monkeypatch, job_with, nothing_over):
@@ -280,10 +312,10 @@ def test_of_targets_that_are_free_a_few_rolls_are_looked_at(job_with):
 @pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
 def test_rolls_that_a_quick_search_takes_for_lost_collide(job_with, fixture):
     context = context_of(job_with(fixture))
-    firsts = np.flatnonzero(np.diff(job_with(fixture).targets.path, prepend=-1))
+    firsts = np.flatnonzero(np.diff(job_with(fixture).targets.bead, prepend=-1))
     search = StationSearch(SearchedBead.of(context, int(firsts[-1]), len(context.laid)), np.deg2rad(10), Ends())
     before = context.asked
-    assert search.way() is None
+    assert search.cheapest_path() is None
     looks = context.asked - before
     s, g, r = np.nonzero((search.known == HIT) & np.isfinite(search.cost))
     assert len(s) > 2 * looks > 0  # most were not looked at
@@ -308,3 +340,4 @@ def test_help_and_formats_say_how_much_of_a_lost_part_is_looked_at() -> None:
     formats = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
     assert f"{most} and {infeasible_part.PER_TARGET} more for each target" in " ".join(CHECK_TEXT.split())
     assert f"{most} plus {infeasible_part.PER_TARGET} for each target" in " ".join(formats.split())
+    assert f"takes more than {infeasible_part.EASY} configurations for each of its targets" in " ".join(formats.split())

@@ -9,18 +9,19 @@ import trimesh
 from support.jobs.boss_motion import boss_case
 from support.jobs.searches import setup_of
 
+from cell.planning.bead_plan import plan_bead
 from cell.planning.bead_search import BeadSearch
-from cell.planning.configurations import evaluate
-from cell.planning.edge_check import SearchedBead
-from cell.planning.part_plan import plan_bead
-from cell.planning.station_search import Ends, Spacing, StationSearch, stations
+from cell.planning.configurations import nodes_at_rolls
+from cell.planning.edges.edge_check import SearchedBead
+from cell.planning.station_search import Ends, StationSearch
+from cell.planning.stations import Spacing, stations
 from ik.bead_path import ROLL_COST, move_price
 from ik.roll import wrap
 
 
 def beads_of(job):
-    firsts = np.flatnonzero(np.diff(job.targets.path, prepend=-1)).tolist()
-    return list(zip(firsts, [*firsts[1:], len(job.targets.path)], strict=True))
+    firsts = np.flatnonzero(np.diff(job.targets.bead, prepend=-1)).tolist()
+    return list(zip(firsts, [*firsts[1:], len(job.targets.bead)], strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def boss(tmp_path_factory):
 
 def full(bead, roll_step, q_before=None):
     context = bead.context
-    return BeadSearch(bead, evaluate(context.solver, bead.placed, context.window, roll_step, context.limits)).run(
+    return BeadSearch(bead, nodes_at_rolls(context.solver, bead.placed, context.window, roll_step, context.limits)).run(
         q_before
     )
 
@@ -95,7 +96,7 @@ def test_stations_are_near_each_other_and_hold_both_ends(boss):
 
 def test_what_moves_with_the_tcp_collides_alike_in_every_branch(boss):
     _, context = boss
-    nodes = evaluate(context.solver, context.placed, context.window, context.settings.roll_step, context.limits)
+    nodes = nodes_at_rolls(context.solver, context.placed, context.window, context.settings.roll_step, context.limits)
     index = np.argwhere(np.isfinite(nodes.q[:20, ..., 0]))
     found = context.screen.clearances(nodes.q[tuple(index.T)], context.deposits_before[index[:, 0]])
     alike = (found.distance < context.settings.clearance) & context.screen.of_tool(found.pair)

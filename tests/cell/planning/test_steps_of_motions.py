@@ -7,8 +7,8 @@ from support.paths import ROOT
 
 from cell.case.read import load_case
 from cell.job.job import Job, prepare
+from cell.planning.bead_plan import plan_bead
 from cell.planning.context import Context
-from cell.planning.part_plan import plan_bead
 from cell.scene.scene import table_angles
 from cell.shipped import DEFAULT_CASE
 from cell.verdict.check import check_fixed
@@ -30,7 +30,7 @@ def test_rows_of_long_straight_beads_are_no_further_apart_than_is_said() -> None
 def test_rows_of_a_bead_round_a_hub_are_no_further_apart_than_is_said() -> None:
     job = prepare(load_case(DEFAULT_CASE))
     context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
-    plan = plan_bead(context, 0, int(np.searchsorted(job.targets.path, 1)), None)
+    plan = plan_bead(context, 0, int(np.searchsorted(job.targets.bead, 1)), None)
     assert plan.whole
     way, turn = steps(job, plan.stretches[0].q)  # before rows are put in for straight joint motion to follow it
     assert way.max() <= 16e-3

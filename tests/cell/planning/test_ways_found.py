@@ -16,14 +16,14 @@ from support.jobs.searches import setup_of
 from cell.case.read import load_case, with_changes
 from cell.collision.clearances import Clearances
 from cell.errors import InputError
-from cell.failure import CollisionPlace, Contact, Failure, Kind, Place, SearchEffort, Where
+from cell.failure import CollisionPlace, Contact, Failure, FailurePlace, Kind, SearchEffort, Where
 from cell.motion.deposition_speed import STRETCH, HeldSpeed, note_stretches, over_stretches, too_slow
 from cell.motion.motion_file import read_motion, write_motion
+from cell.planning.bead_plan import plan_bead
 from cell.planning.collision_free_rolls import collision_free_rolls, stabbing
-from cell.planning.configurations import evaluate
-from cell.planning.edge_tracking import EdgePoses, along
+from cell.planning.configurations import nodes_at_rolls
+from cell.planning.edges.edge_tracking import EdgePoses, along
 from cell.planning.infeasible_part import lost_alone
-from cell.planning.part_plan import plan_bead
 from cell.rigid import frames
 from cell.verdict.failure_words import failure_in_words
 from cell.verification.motion_check import check_motion
@@ -57,7 +57,7 @@ def coarse(tmp_path_factory):
 def test_a_joint_may_turn_far_between_two_targets(coarse, tmp_path):
     assert coarse.feasible
     q = np.array([row.q for row in coarse.rows])
-    same = np.diff(coarse.job.targets.path) == 0
+    same = np.diff(coarse.job.targets.bead) == 0
     assert np.rad2deg(np.abs(np.diff(q, axis=0)).max(axis=1)[same].max()) > 60
     # in one configuration on every bead, and without a jump
     motion, form = coarse.motion, coarse.job.solver.geometry
@@ -72,7 +72,7 @@ def test_a_joint_may_turn_far_between_two_targets(coarse, tmp_path):
 def test_a_way_is_followed_in_its_branch_and_closely_enough(coarse):
     placed, solver = coarse.placed, coarse.job.solver
     q = np.array([row.q for row in coarse.rows])
-    e = int(np.argmax(np.abs(np.diff(q, axis=0)).max(axis=1) * (np.diff(coarse.job.targets.path) == 0)))
+    e = int(np.argmax(np.abs(np.diff(q, axis=0)).max(axis=1) * (np.diff(coarse.job.targets.bead) == 0)))
     ways = EdgePoses.of(placed, np.array([e]), np.zeros((1, 2)))
     edge, t, followed = along(solver, ways, q[[e]], np.zeros(3, dtype=np.int64), np.array([0.0, 0.5, 1.0]))
     assert followed[0] == pytest.approx(q[e])
@@ -147,7 +147,7 @@ def test_a_target_that_joint_limits_leave_between_the_sampled_rolls_alone_is_not
 
 def stands_at_a_sample(context):
     """Whether target 0 has a configuration at a sampled roll."""
-    nodes = evaluate(
+    nodes = nodes_at_rolls(
         context.solver, context.placed.rows([0]), context.window, context.settings.roll_step, context.limits
     )
     return bool(np.isfinite(nodes.cost).any())
@@ -156,7 +156,7 @@ def stands_at_a_sample(context):
 @pytest.mark.parametrize(("half_deg", "drift_deg", "step_deg"), [(1.0, 0.0, 15.0), (2.0, -2000.0, 15.0)])
 def test_a_bead_comes_out_whole_at_rolls_that_no_sample_has(boss, half_deg, drift_deg, step_deg):
     job, setup = boss
-    stop = int(np.searchsorted(job.targets.path, 1))
+    stop = int(np.searchsorted(job.targets.bead, 1))
     setup = replace(setup, settings=replace(setup.settings, roll_step=np.deg2rad(step_deg)))
     narrow = with_slit(setup, np.deg2rad(-7.4), np.deg2rad(half_deg), np.deg2rad(drift_deg))
     plan = plan_bead(narrow, 0, stop, None)
@@ -221,14 +221,14 @@ def test_messages_say_what_was_found_and_what_is_needed():
     assert failure_in_words(replace(hit, measure=1.2)) == "a - b 1.2 mm, needs 5"
     assert "not proved" in failure_in_words(replace(hit, measure=6.0).seen(CollisionPlace.BETWEEN_SAMPLES))
     effort = SearchEffort(reached_mm=24.0, retract_mm=50.0, shut_in="leaving")
-    place = Place(Where.TRAVEL, from_target=3, to_target=4)
+    place = FailurePlace(Where.TRAVEL, from_target=3, to_target=4)
     way = Failure(Kind.JOINT_LIMIT, axis="A5", place=place, effort=effort)
     words = failure_in_words(way)
     assert words.startswith("travel from target 3: A5 at its limit after 24 of 50 mm")
     assert "process.retract_mm" in words
     assert "no way found in 60 attempts" in failure_in_words(replace(way, effort=replace(effort, attempts=60)))
     limit = Failure(Kind.JOINT_LIMIT, measure=12.3, axis="A6")
-    changed = Failure(Kind.CONFIGURATION_CHANGE, because=limit, place=Place(Where.BEAD, from_target=0))
+    changed = Failure(Kind.CONFIGURATION_CHANGE, because=limit, place=FailurePlace(Where.BEAD, from_target=0))
     assert failure_in_words(changed).endswith("no configuration goes on: A6 12.3 deg over its limit")
 
 

@@ -8,10 +8,10 @@ from support.cells.arms import offset_wrist_arm, replaced, sampled, welder
 from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.planning.bead_search import BeadSearch
-from cell.planning.configurations import evaluate
+from cell.planning.configurations import nodes_at_rolls
 from cell.planning.context import Context, settings_of
-from cell.planning.edge_check import SearchedBead
-from cell.scene.placement import place
+from cell.planning.edges.edge_check import SearchedBead
+from cell.scene.placement import place_targets
 from cell.scene.scene import table_angles
 from ik.chain import Chain
 from ik.solver import WINDOW, Solver
@@ -52,10 +52,10 @@ def test_configurations_of_a_search_are_looked_at_one_by_one(make_case):
     path = make_case(ik={"solver": "dls", "seeds": 6}, roll={"range_deg": [-60, 60]})
     job = prepare(load_case(path))
     settings, table = settings_of(job), table_angles(job.scene, 90, 180)
-    placed = place(job.targets, job.scene.T_base_part(*table))
+    placed = place_targets(job.targets, job.scene.T_base_part(*table))
     context = Context.of(job, table)
     some = slice(0, 4)
-    nodes = evaluate(job.solver, placed.rows(some), job.window, settings.roll_step, context.limits)
+    nodes = nodes_at_rolls(job.solver, placed.rows(some), job.window, settings.roll_step, context.limits)
     search = BeadSearch(SearchedBead.of(context, 0, 4), nodes)
     mixed = 0
     for i in range(4):

@@ -19,15 +19,10 @@ from cell.cli.main import main
 from cell.cli.progress_bar import Bars
 from cell.errors import InputError
 from cell.job.job import prepare
-from cell.planning.configurations import evaluate, reasons
-from cell.planning.context import settings_of
 from cell.pose_sweep.grid import Pose, grid
 from cell.pose_sweep.ranking import sweep_columns, sweep_document
 from cell.pose_sweep.sweep import SweepTask, mark_of, sweep, variant_of
-from cell.remedy_search.bead_trial import first_failure
 from cell.report.sweep_lines import sweep_lines
-from cell.scene.placement import place
-from cell.table_poses.hopeless_poses import screen, screen_all, spread
 from cell.verdict.check import check_fixed
 
 POSES = [(90.0, 180.0), (0.0, 0.0), (-120.0, 45.0)]
@@ -42,13 +37,10 @@ def text_of(document):
     return console.file.getvalue()
 
 
-# ---- verdicts
-
-
 def test_every_pose_has_the_verdict_of_a_single_check(make_case):
     case = load_case(make_case())
     job = prepare(case)
-    for pose, row in zip(POSES, sweep(case, POSES, jobs=1), strict=True):
+    for pose, row in zip(POSES, sweep(case, POSES, processes=1), strict=True):
         result = check_fixed(job, *pose)
         assert (row["verdict"] == "feasible") == result.feasible
         if row["searched"]:
@@ -56,101 +48,6 @@ def test_every_pose_has_the_verdict_of_a_single_check(make_case):
             assert row["reasons"] == result.reasons
         else:
             assert 0 < row["infeasible"] <= result.infeasible
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("roll", ["free", {"fixed_deg": -60}, {"range_deg": [-30, 30]}])
-def test_screening_never_says_more_than_a_check(make_case, roll):
-    job = prepare(load_case(make_case(roll=roll, checks={"gravity_max_deg": 100})))
-    settled = 0
-    for e1, e2 in [(0, 0), (90, 0), (-135, -180), (-90, 90), (90, -135), (135, 90), (45, 0)]:
-        found = screen(job, e1, e2)
-        if found is None:
-            continue
-        settled += 1
-        result = check_fixed(job, e1, e2)
-        assert not result.feasible
-        assert 0 < found.infeasible <= min(result.infeasible, found.looked_at)
-        assert found.infeasible == sum(found.reasons.values())
-        assert set(found.reasons) <= set(REASONS)
-    assert settled
-
-
-@pytest.mark.parametrize("roll", [{"fixed_deg": -60}, {"range_deg": [-70, -50]}])
-def test_poses_screened_together_are_screened_as_each_by_itself(make_case, roll):
-    job = prepare(load_case(make_case(roll=roll)))
-    poses = [(e1, e2) for e1 in (-135.0, -30.0, 45.0, 90.0) for e2 in (-180.0, -90.0, 30.0, 120.0)]
-    together = screen_all(job, poses)
-    assert together == [screen(job, *pose) for pose in poses]
-    assert together[::-1] == screen_all(job, poses[::-1])
-    assert None in together
-    assert len({tuple(found.reasons) for found in together if found is not None}) > 1
-    assert screen_all(job, []) == []
-
-
-@pytest.mark.parametrize("roll", [{"fixed_deg": -60}, {"range_deg": [-60, 60]}])
-def test_reasons_of_many_targets_are_those_of_each(make_case, roll):
-    job = prepare(load_case(make_case(roll=roll, checks={"wrist_deg": 70})))
-    step, told = settings_of(job).roll_step, set()
-    for e1, e2 in [(120, -90), (0, 0), (90, 0)]:
-        placed = place(job.targets, job.scene.T_base_part(*np.deg2rad([e1, e2])))
-        nodes = evaluate(job.solver, placed, job.window, step, job.singularity_limits)
-        dead = np.flatnonzero(~np.isfinite(nodes.cost).any(axis=(1, 2, 3)))
-        found = reasons(job.solver, placed.Ts_base_target[dead], job.window, step)
-        assert found == [nodes.why_not(i)[0].reason for i in dead]
-        told |= set(found)
-    assert told == {"unreachable", "joint_limit", "singular"}
-
-
-def test_screening_lets_a_feasible_pose_pass_and_sees_a_table_in_the_floor(make_case):
-    assert screen(prepare(load_case(make_case())), 90, 180) is None
-    job = prepare(load_case(make_case(positioner={"position_mm": [1500, 0, -900]})))
-    found = screen(job, 90, 180)
-    assert found is not None
-    assert found.reasons == {"collision": len(job.targets)}
-    assert found.looked_at == len(job.targets)
-
-
-def test_screening_and_check_agree_about_a_table_by_itself(make_case):
-    # it hangs down past the faceplate's rim: at E2 = 0 into the tilting arm, at the other turns beside it
-    flag = {"name": "flag", "box": {"size_mm": [20, 20, 300]}, "position_mm": [0, 300, -100], "on": "table"}
-    job = prepare(load_case(make_case(fixtures=[flag])))
-    settled = {}
-    for turn in (-180, -90, 0, 90):
-        found, result = screen(job, 90, turn), check_fixed(job, 90, turn)
-        alone = result.rows[0].detail.get("note") == "the table and what stands on it, in any pose of the arm"
-        settled[turn] = found is not None and found.infeasible == found.looked_at == len(job.targets)
-        assert alone <= settled[turn]  # what a check says at once is not searched for
-        assert found is None or not result.feasible
-        probed = first_failure(job, 90, turn, [0], None)
-        assert (len(probed) == len(job.targets)) >= alone
-        if alone:
-            assert {"flag"} < set(result.rows[0].detail["pair"])
-    assert settled[0]
-    assert not all(settled.values())
-
-
-def test_screening_sees_targets_that_a_fixture_covers(make_case):
-    lid = {"name": "lid", "box": {"size_mm": [20, 30, 30]}, "position_mm": [-42, 0, 120], "on": "table"}
-    job = prepare(load_case(make_case(fixtures=[lid], roll={"fixed_deg": -60})))
-    found = screen(job, 90, 180)
-    assert found is not None
-    assert found.reasons == {"collision": found.infeasible}
-    result = check_fixed(job, 90, 180)
-    assert found.infeasible <= result.reasons["collision"]
-
-
-def test_targets_looked_at_first_are_far_apart():
-    rng = np.random.default_rng(3)
-    points = np.concatenate([rng.normal(0, 0.1, (50, 3)), rng.normal(0, 0.1, (50, 3)) + 100, [[0, 500, 0]]])
-    normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
-    some = spread(points, normals, 3)
-    assert len(some) == 3
-    assert {int(i // 50) for i in some} == {0, 1, 2}
-    assert len(spread(points[:2], normals[:2], 32)) == 2
-
-
-# ---- grids and what else is tried
 
 
 def test_values_as_they_are_written():
@@ -222,7 +119,7 @@ def test_a_row_of_a_variant_is_that_of_a_case_that_says_so(make_case, tmp_path):
     case = load_case(make_case())
     pose = Pose(90.0, 180.0, "fixed:-60", (1480.0, 0.0, 0.0, -90.0), 110.0)
     log = tmp_path / "log.jsonl"
-    row = sweep(case, [pose], jobs=1, log=str(log))[0]
+    row = sweep(case, [pose], processes=1, log=str(log))[0]
     same = load_case(
         make_case(
             "same",
@@ -231,12 +128,12 @@ def test_a_row_of_a_variant_is_that_of_a_case_that_says_so(make_case, tmp_path):
             support={"height_mm": 110},
         )
     )
-    plain = sweep(same, [(90.0, 180.0)], jobs=1)[0]
+    plain = sweep(same, [(90.0, 180.0)], processes=1)[0]
     assert {k: v for k, v in row.items() if k not in pose.columns()} == {
         k: v for k, v in plain.items() if "_deg" not in k[:6]
     }
     # the same table angles in another cell are another pose in the log
-    again = sweep(case, [pose, pose._replace(height_mm=100.0)], jobs=1, log=str(log))
+    again = sweep(case, [pose, pose._replace(height_mm=100.0)], processes=1, log=str(log))
     assert again[0] == row
     assert len(log.read_text().splitlines()) == 3
 
@@ -246,13 +143,10 @@ def test_rolls_are_read_as_they_are_written():
         assert roll_text(parse_roll(text)) == text
 
 
-# ---- the log
-
-
 def test_an_interrupted_sweep_goes_on_where_it_stopped(make_case, tmp_path, monkeypatch):
     case = load_case(make_case())
     log = tmp_path / "sweep.jsonl"
-    whole = sweep(case, POSES, jobs=1, log=str(log))
+    whole = sweep(case, POSES, processes=1, log=str(log))
     lines = log.read_text().splitlines()
     log.write_text("\n".join(lines[:2]) + "\n" + lines[2][:20])  # cut off while writing
     seen = []
@@ -260,7 +154,7 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(make_case, tmp_path, monk
 
     real = module.screen_all
     monkeypatch.setattr(module, "screen_all", lambda job, poses: seen.extend(poses) or real(job, poses))
-    assert sweep(case, POSES, jobs=1, log=str(log)) == whole
+    assert sweep(case, POSES, processes=1, log=str(log)) == whole
     assert len(seen) == len(POSES) - 1
     assert len(log.read_text().splitlines()) == 1 + len(POSES)
 
@@ -268,13 +162,13 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(make_case, tmp_path, monk
 def test_a_log_of_another_case_is_refused(make_case, tmp_path):
     log = tmp_path / "sweep.jsonl"
     hopeless = [(0.0, 0.0)]
-    sweep(load_case(make_case()), hopeless, jobs=1, log=str(log))
+    sweep(load_case(make_case()), hopeless, processes=1, log=str(log))
     other = load_case(make_case("other", checks={"clearance_mm": 7}))
     with pytest.raises(InputError, match="another case"):
-        sweep(other, hopeless, jobs=1, log=str(log))
+        sweep(other, hopeless, processes=1, log=str(log))
     log.write_bytes(b"\xff\xfe something else")
     with pytest.raises(InputError, match="not the log of a sweep"):
-        sweep(other, hopeless, jobs=1, log=str(log))
+        sweep(other, hopeless, processes=1, log=str(log))
 
 
 def test_a_log_ends_with_the_files_the_case_names(make_case, tmp_path):
@@ -297,9 +191,6 @@ def test_a_log_ends_with_the_files_the_case_names(make_case, tmp_path):
 def test_a_unit_of_work_is_small(make_case):
     case = load_case(make_case())
     assert len(pickle.dumps(SweepTask(fingerprint(case), case, Pose(90, 180)))) < 10_000
-
-
-# ---- ranks and documents
 
 
 def row_of(e1, e2=0, **more):
@@ -385,7 +276,7 @@ def test_bad_input_is_one_line(argv, says, make_case, capsys):
 
 def test_nothing_is_printed_in_a_pipe(make_case):
     out = io.StringIO()
-    sweep(load_case(make_case()), [(0.0, 0.0)], jobs=1, progress=Bars(out))
+    sweep(load_case(make_case()), [(0.0, 0.0)], processes=1, progress=Bars(out))
     assert out.getvalue() == ""
 
 
@@ -407,17 +298,17 @@ def test_a_table_that_moves_along_is_not_swept(make_case, capsys):
 def test_of_a_table_that_indexes_the_map_is_of_what_is_built_first(tmp_path):
     poses = [(-90.0, 0.0), (0.0, 0.0), (90.0, 180.0), (90.0, 60.0)]
     case = three_case(tmp_path, checks={"gravity_max_deg": 60})
-    found = sweep(case, poses, jobs=1)
+    found = sweep(case, poses, processes=1)
     assert {row["verdict"] for row in found} == {"feasible", "infeasible"}
     # as if there were nothing else
     alone = with_table(case, {"mode": "fixed"}, part={**case.part.model_dump(exclude_unset=True), "take": ["SV1"]})
-    for row, other in zip(found, sweep(alone, poses, jobs=1), strict=True):
+    for row, other in zip(found, sweep(alone, poses, processes=1), strict=True):
         assert (row.pop("sub_volume"), row.pop("layers")) == ("SV1", [0, 1])
         assert row == other
     # another first group is another map, and so is the whole part at one pose
     poses_given = [{"sub_volume": name, "E1_deg": 90, "E2_deg": 0} for name in ("SV2", "SV1", "SV3")]
     given = with_table(case, {"mode": "indexed", "poses": poses_given})
-    second = sweep(given, poses, jobs=1)
+    second = sweep(given, poses, processes=1)
     assert {row["sub_volume"] for row in second} == {"SV2"}
     assert [row["verdict"] for row in second] != [row["verdict"] for row in found]
     marks = {mark_of(one) for one in (case, given, with_table(case, {"mode": "fixed"}))}

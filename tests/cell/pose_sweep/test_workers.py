@@ -20,7 +20,7 @@ from cell.cli.main import main
 from cell.pose_sweep.grid import Pose
 from cell.pose_sweep.log import read_log
 from cell.pose_sweep.sweep import sweep
-from cell.pose_sweep.workers import AHEAD, completed, processes
+from cell.pose_sweep.workers import AHEAD, completed, worker_processes
 
 POSES = [(90.0, 180.0), (0.0, 0.0), (-120.0, 45.0), (45.0, 90.0)]
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
@@ -96,9 +96,9 @@ def test_a_broken_executor_gives_what_was_done_first() -> None:
 def test_who_computes_changes_nothing(make_case: Callable[..., Path]) -> None:
     case = load_case(make_case(roll={"fixed_deg": -60}))
     poses = [*POSES, Pose(90.0, 180.0, "fixed:-60", None, 110.0), Pose(90.0, 180.0, "range:-75:-45")]
-    alone = sweep(case, poses, jobs=1)
+    alone = sweep(case, poses, processes=1)
     assert any(row["verdict"] == "feasible" for row in alone)
-    assert sweep(case, poses, jobs=2) == alone
+    assert sweep(case, poses, processes=2) == alone
     with ThreadPoolExecutor(2) as threads:
         assert sweep(case, poses, executor=threads) == alone
         assert threads.submit(int, "5").result() == 5  # it is left running
@@ -111,8 +111,8 @@ def test_a_killed_worker_is_one_line_and_the_log_keeps_what_was_done(
     import cell.pose_sweep.sweep as module
 
     path, log = make_case(), tmp_path / "log.jsonl"
-    whole = sweep(load_case(path), POSES[1:], jobs=1)
-    with processes(1) as pool, pytest.raises(BrokenExecutor):
+    whole = sweep(load_case(path), POSES[1:], processes=1)
+    with worker_processes(1) as pool, pytest.raises(BrokenExecutor):
         list(completed(pool, [Kill()]))
 
     real = module._outcomes
@@ -196,7 +196,7 @@ def test_a_stopped_sweep_leaves_its_log_and_no_processes(
     rows = read_log(str(log), log.read_bytes()).rows
     poses = [Pose.of(row) for row in rows]
     assert len(poses) >= 2
-    again = sweep(load_case(case), poses, jobs=1, log=str(log))  # nothing is left to do
+    again = sweep(load_case(case), poses, processes=1, log=str(log))  # nothing is left to do
     assert again == rows
 
 
@@ -233,7 +233,7 @@ def test_a_dask_cluster_survives_a_killed_worker(make_case: Callable[..., Path],
 
     case = load_case(make_case(roll={"fixed_deg": -60}))
     poses = [(float(e1), float(e2)) for e1 in (0, 90) for e2 in range(-180, 136, 45)]
-    alone = sweep(case, poses, jobs=1)
+    alone = sweep(case, poses, processes=1)
     log = tmp_path / "log.jsonl"
     with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
         from cell.pose_sweep.workers import dask_cluster

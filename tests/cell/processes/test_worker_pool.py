@@ -134,9 +134,9 @@ def test_alone_work_is_done_here() -> None:
     found = WorkerPool(1).run(powered, 1.1, [0, 1, 2], lambda: steps.append(None))
     assert {pid for pid, _ in found} == {os.getpid()}
     assert len(steps) == 3
-    assert pool().jobs == 1
+    assert pool().processes == 1
     with working(1) as mine:
-        assert mine.jobs == 1
+        assert mine.processes == 1
         assert not mine.workers()
 
 
@@ -198,7 +198,7 @@ def told_of(shared: Any, item: int, _: Tick) -> tuple[int, bool, bool]:
     """Who is at work in a worker, and how it ends on a signal."""
     phase("in a worker")(int)()
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
-    return pool().jobs, blocked.isdisjoint(ENDING), all(signal.getsignal(k) == signal.SIG_DFL for k in ENDING)
+    return pool().processes, blocked.isdisjoint(ENDING), all(signal.getsignal(k) == signal.SIG_DFL for k in ENDING)
 
 
 class Nobody:

@@ -23,8 +23,8 @@ from cell.motion.motion_file import write_motion
 from cell.programs.cell_controller import cell_controller, frames_of
 from cell.programs.export import export_program
 from cell.programs.from_motion import PointThinning, _farthest, _told, program_of_motion
-from cell.programs.orientation import frame_of
-from cell.programs.pose_table import pose_table
+from cell.programs.orientation import frames_of_poses
+from cell.programs.pose_rows import pose_rows
 from cell.programs.program import EventKind, MoveKind
 from cell.programs.robodk_script import robodk_script
 from cell.programs.round_trip import OFF, TURNED, compared, difference_of
@@ -213,7 +213,7 @@ def test_between_two_rows_of_a_program_the_tcp_goes_on_a_curve() -> None:
 def test_every_point_is_handed_over_in_the_base_and_in_the_part() -> None:
     boss = boss_program()
     assert boss.made.result is not None
-    header, rows = pose_table(boss.job, boss.made.result.run)
+    header, rows = pose_rows(boss.job, boss.made.result.run)
     moves = boss.made.result.program.moves
     assert len(rows) == len(moves)
     table = [dict(zip(header, row, strict=True)) for row in rows]
@@ -223,7 +223,7 @@ def test_every_point_is_handed_over_in_the_base_and_in_the_part() -> None:
         T = {}
         for frame in ("base", "part"):
             numbers = [float(row[f"{frame}_{c}"]) for c in ("X_mm", "Y_mm", "Z_mm", "A_deg", "B_deg", "C_deg")]
-            T[frame] = frame_of(np.array([*(np.array(numbers[:3]) / 1e3), *np.deg2rad(numbers[3:])]))
+            T[frame] = frames_of_poses(np.array([*(np.array(numbers[:3]) / 1e3), *np.deg2rad(numbers[3:])]))
             w, x, y, z = (float(row[f"{frame}_{c}"]) for c in ("qw", "qx", "qy", "qz"))
             assert w >= 0
             # the first column of a quaternion's rotation
@@ -280,7 +280,7 @@ def test_the_robodk_script_makes_every_target_with_its_external_axes() -> None:
     linear = np.flatnonzero(moves.kind == MoveKind.LINEAR)
     assert len(poses) == len(linear)
     for pose, k in zip(poses, linear, strict=True):
-        T = frame_of(moves.pose[k])
+        T = frames_of_poses(moves.pose[k])
         T[:3, 3] *= 1e3
         assert np.allclose(np.array(pose.Rows()), T, atol=1e-4)
     joints = [args[0] for method, args in made if method == "setJoints"]

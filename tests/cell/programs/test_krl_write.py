@@ -16,7 +16,7 @@ from cell.case.read import parse_case
 from cell.errors import InputError
 from cell.programs.controller import controller_of, program_name
 from cell.programs.krl_write import write_krl
-from cell.programs.orientation import frame_of
+from cell.programs.orientation import frames_of_poses
 from cell.programs.program import BaseFrame, Event, EventKind, MoveKind, Moves, Program, ToolFrame
 
 GOLDEN = ROOT / "tests" / "data" / "programs" / "golden"
@@ -68,8 +68,8 @@ def small() -> Program:
         Event(EventKind.ARC_OFF, 10, fields=fields(1, 5)),
         Event(EventKind.LAYER_END, 11, fields=fields(1)),
     )
-    torch = frame_of(np.array([0.0635, 0, 0.41225, 0, np.radians(45), 0]))
-    part = frame_of(np.array([0, 0, 0.1, np.radians(30), 0, 0]))
+    torch = frames_of_poses(np.array([0.0635, 0, 0.41225, 0, np.radians(45), 0]))
+    part = frames_of_poses(np.array([0, 0, 0.1, np.radians(30), 0, 0]))
     return Program("SMALL", moves, events, (ToolFrame(torch),), (BaseFrame(part, coupled=True, machine=2),))
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cell.programs.orientation import abc_of, frame_of, pose_of, rotation_of, run_on
+from cell.programs.orientation import abc_of, frames_of_poses, pose_of, rotation_of, run_on
 
 robomath = pytest.importorskip("robodk.robomath")
 angle = st.floats(-math.pi, math.pi)
@@ -19,13 +19,13 @@ near = st.one_of(angle, st.sampled_from([math.pi / 2, -math.pi / 2, 0.0, math.pi
 @given(st.lists(st.floats(-3000, 3000), min_size=3, max_size=3), st.tuples(near, near, near))
 def test_poses_agree_with_robodk(xyz: list[float], abc: tuple[float, float, float]) -> None:
     theirs = np.array(robomath.KUKA_2_Pose([*xyz, *map(math.degrees, abc)]).Rows())
-    ours = frame_of(np.array([*xyz, *abc]))
+    ours = frames_of_poses(np.array([*xyz, *abc]))
     np.testing.assert_allclose(ours, theirs, atol=1e-9)
 
 
 @given(st.lists(st.floats(-3000, 3000), min_size=3, max_size=3), st.tuples(angle, st.floats(-1.57, 1.57), angle))
 def test_poses_are_taken_apart_as_robodk_does(xyz: list[float], abc: tuple[float, float, float]) -> None:
-    T = frame_of(np.array([*xyz, *abc]))
+    T = frames_of_poses(np.array([*xyz, *abc]))
     theirs = np.array(robomath.Pose_2_KUKA(robomath.Mat(T.tolist())))
     ours = pose_of(T)
     np.testing.assert_allclose(ours[:3], theirs[:3], atol=1e-9)

@@ -13,7 +13,7 @@ from support.jobs.boss_motion import boss_case, result_of
 
 from cell.programs.export import export_program
 from cell.programs.exported.exported import Exported
-from cell.programs.orientation import frame_of
+from cell.programs.orientation import frames_of_poses
 from cell.programs.robodk_script import robodk_script
 from cell.verdict.result import Result
 
@@ -60,7 +60,7 @@ def test_a_part_that_stands_still_has_a_base_that_no_axis_moves(tmp_path):
     moves, motion = made.written.program.moves, result.motion
     assert motion is not None
     welded = int(np.flatnonzero(motion.arc)[0])
-    T = frame_of(moves.pose[made.written.row.tolist().index(welded)])
+    T = frames_of_poses(moves.pose[made.written.row.tolist().index(welded)])
     np.testing.assert_allclose(T[:3, 3] * 1e3, result.job.targets.position[0], atol=2e-3)
 
 

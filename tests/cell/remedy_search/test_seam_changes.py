@@ -13,7 +13,7 @@ from support.parts.meshes import BODY, box
 from cell.case.read import load_case, parse_case
 from cell.errors import InputError
 from cell.failure import Failure, Kind, Where
-from cell.failure import Place as FailurePlace
+from cell.failure import FailurePlace as FailurePlace
 from cell.job.job import prepare
 from cell.remedy_search.seam_changes import reseamed, seam_places
 from cell.remedy_search.search import remedies
@@ -121,7 +121,7 @@ def test_a_ring_whose_last_joint_runs_out_is_run_from_another_start(tmp_path):
     path.write_text(yaml.safe_dump({**content, "beads": {"seams": best.change["to"]}}))
     mended = prepare(load_case(path))
     assert check_fixed(mended, 0, 0).feasible
-    first = mended.targets.position[np.flatnonzero(np.diff(mended.targets.path, prepend=-1))]
+    first = mended.targets.position[np.flatnonzero(np.diff(mended.targets.bead, prepend=-1))]
     np.testing.assert_allclose(np.degrees(np.arctan2(first[:, 1], first[:, 0])), place["angle_deg"], atol=1e-6)
     # with less than one turn no start helps, so that it was the turns that ran out
     short = prepare(load_case(ring_case(tmp_path, 175.0)))
@@ -135,7 +135,7 @@ def test_only_closed_beads_that_a_start_could_mend_get_other_seams(make_case):
     rows = check_fixed(job, 90, 180).rows
     assert {row.reason for row in rows} == {"unreachable"}
     assert seam_places(job, rows) == {}
-    k = int(np.searchsorted(job.targets.path, 1)) + 3
+    k = int(np.searchsorted(job.targets.bead, 1)) + 3
     cut = replace(rows[k], failure=Failure(Kind.COLLISION, place=FailurePlace(Where.BEAD, k, k - 1)))
     mixed = [cut if i == k else row for i, row in enumerate(rows)]
     ((name, places),) = seam_places(job, mixed).items()

@@ -15,8 +15,8 @@ from cell.remedy_search import search as remedies_module
 from cell.remedy_search.changes import ChangeBase, single_changes, table_pose_change
 from cell.remedy_search.screening import Screening
 from cell.remedy_search.search import remedies
-from cell.remedy_search.target_groups import groups
-from cell.scene.placement import place
+from cell.remedy_search.target_groups import target_groups
+from cell.scene.placement import place_targets
 from cell.verdict.check import check_fixed
 from ik.roll import apply_roll
 from slicing.targets.targets import Targets
@@ -48,10 +48,10 @@ def test_groups_are_connected_and_of_one_reason():
     reasons[4] = "collision"  # next to them, for another reason
     for i in (8, 28):  # two layers apart
         reasons[i] = "singular"
-    found = [(g.reason, g.targets.tolist()) for g in groups(targets, reasons)]
+    found = [(g.reason, g.targets.tolist()) for g in target_groups(targets, reasons)]
     assert found[0] == ("singular", [2, 3, 12, 13, 23])
     assert sorted(found[1:]) == [("collision", [4]), ("singular", [8]), ("singular", [28])]
-    assert groups(targets, [None] * 30) == []
+    assert target_groups(targets, [None] * 30) == []
 
 
 @pytest.mark.parametrize("roll", [{"fixed_deg": -20}, {"range_deg": [-30, 40]}])
@@ -71,7 +71,7 @@ def test_what_is_screened_is_what_the_changed_case_has(roll, make_case):
         Ts, normal = start.poses(change, size, index)
         window = start.window(change, size)
         job, e1, e2 = start.changed(change, size)
-        placed = place(job.targets, job.scene.T_base_part(*np.deg2rad([e1, e2])))
+        placed = place_targets(job.targets, job.scene.T_base_part(*np.deg2rad([e1, e2])))
         np.testing.assert_allclose(normal, placed.normal[index], atol=1e-12)
         q = start.job.solver.candidates(apply_roll(Ts, np.full(len(Ts), window.low))).raw
         ok = np.isfinite(q[..., 0])
@@ -118,7 +118,7 @@ def test_a_gravity_limit_asks_for_the_least_tilt_that_keeps_it(make_case):
     # by the normals alone: the first whole degree at which all are within 30 degrees of up
     up = start.job.scene.T_world_base()[2, :3]
     for e1 in range(21, 91):
-        normal = place(start.job.targets, start.job.scene.T_base_part(*np.deg2rad([e1, 180]))).normal
+        normal = place_targets(start.job.targets, start.job.scene.T_base_part(*np.deg2rad([e1, 180]))).normal
         if (np.rad2deg(np.arccos(normal @ up)) <= 30).all():
             break
     assert best.change == {"key": "table.E1_deg", "from": 20.0, "to": float(e1)}
@@ -167,7 +167,7 @@ def test_what_a_changed_case_leaves_open_is_not_called_mended(make_case, monkeyp
     monkeypatch.setattr(infeasible_part, "FLOOR", 0)
     lid = {"name": "lid", "box": {"size_mm": [10, 300, 300]}, "position_mm": [-78, 0, 120], "on": "table"}
     result = check_fixed(prepare(load_case(make_case(**FEW, fixtures=[lid]))), 90, 180)
-    found = groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
+    found = target_groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
     search = remedies_module._RemedySearch(result, found, lambda: None, np.inf)
     one = next(change for change in search.changes if not change.other_targets)
     after = check_fixed(*search.start.changed(one, one.steps[0]))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cell.case.read import load_case
+from cell.cli.arguments import build_parser
 from cell.cli.main import main
 from cell.html.check_page import html_report
 from cell.html.page_words import PageWords
@@ -44,34 +45,40 @@ def test_the_document_and_the_text_say_how_many(case, tmp_path, capsys):
         if not row["looked_at"]:
             assert (row["reason"], row["detail"], row["proved"], row["q_deg"]) == (NOT_LOOKED_AT, {}, False, None)
     assert f"{document['not_looked_at']} of {len(rows)} targets" in said
-    assert f"of the {document['looked_at']} targets looked at" in said
+    assert f"of the {document['looked_at']} targets checked" in said
 
 
 def test_all_looks_at_every_one(case, tmp_path):
     path = tmp_path / "report.json"
-    assert main(["check", str(case), "--all", "--no-remedies", "-q", "--json", str(path)]) == 1
+    assert main(["check", str(case), "--every-target", "--no-remedies", "-q", "--json", str(path)]) == 1
     document = json.loads(path.read_text())
     assert document["not_looked_at"] == 0
     assert document["looked_at"] == document["targets"]
 
 
 def test_a_motion_from_outside_is_no_case_for_all(case, tmp_path, capsys):
-    assert main(["check", str(case), "--all", "--motion-in", str(tmp_path / "none.csv")]) == 2
-    assert "--all: does not go with --motion-in" in capsys.readouterr().err
+    assert main(["check", str(case), "--every-target", "--motion-in", str(tmp_path / "none.csv")]) == 2
+    assert "--every-target: does not go with --motion-in" in capsys.readouterr().err
 
 
 def test_pages_pictures_and_remedies_know_it(case):
     found = check_fixed(prepare(load_case(case)), 90, 180)
     words = PageWords(found)
-    assert f"{found.not_looked_at} of the part's {len(found.rows)} targets were not looked at" in words.verdict()
-    assert f"the {found.looked_at} targets looked at" in words.facts()
+    assert f"{found.not_looked_at} of the part's {len(found.rows)} targets were not checked" in words.verdict()
+    assert f"the {found.looked_at} targets checked" in words.facts()
     assert NOT_LOOKED_AT not in words.reasons()
     assert NOT_LOOKED_AT in html_report(found)
     open_ = np.array([not row.looked_at for row in found.rows])
     colours, what = target_colours(found, "verdict")
     assert (colours[open_] == np.array(GREY)).all()
     assert not (colours[~open_] == np.array(GREY)).all(axis=1).any()
-    assert "grey not looked at" in what
+    assert "grey not checked" in what
     assert sorted(worst_first(found)) == sorted(found.failures)
     for remedy in remedies(found, seconds=0.0):
         assert set(remedy.targets.tolist()) == set(found.failures)
+
+
+def test_the_former_name_of_the_option_is_not_taken_for_all_reasons(case):
+    parser = build_parser()
+    assert parser.parse_args(["check", str(case), "--all"]).every_target
+    assert not parser.parse_args(["check", str(case), "--all"]).all_reasons

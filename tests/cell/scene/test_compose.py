@@ -12,7 +12,7 @@ from cell.errors import InputError
 from cell.job.job import prepare
 from cell.mjcf.chain_from_model import chain_of
 from cell.scene import compose
-from cell.scene.composition import Pieces
+from cell.scene.composition import CellAssembly
 from cell.scene.scene import table_angles
 from cell.scene.standalone import standalone_xml
 from cell.shipped import MODELS_DIR
@@ -54,7 +54,9 @@ def test_the_written_scene_is_the_same_cell(make_case, tmp_path):
 def test_what_a_cell_was_compiled_from_is_not_kept(make_case, monkeypatch):
     """It takes two to three times the memory of the model."""
     made = []
-    monkeypatch.setattr(compose, "Pieces", lambda *given: made.append(weakref.ref(pieces := Pieces(*given))) or pieces)
+    monkeypatch.setattr(
+        compose, "CellAssembly", lambda *given: made.append(weakref.ref(it := CellAssembly(*given))) or it
+    )
     job = job_of(make_case())
     assert [pieces() for pieces in made] == [None]
     assert not [value for value in vars(job.scene).values() if isinstance(value, mujoco.MjSpec)]

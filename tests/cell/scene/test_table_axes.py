@@ -14,7 +14,7 @@ from support.cells.arm_models import table
 
 from cell.case.read import load_case, parse_case
 from cell.collision.proofs.reach_radii import table_radii
-from cell.collision.table import table_alone
+from cell.collision.table_clearances import table_alone
 from cell.errors import InputError
 from cell.job.job import Job, prepare
 from cell.pose_sweep.grid import grid

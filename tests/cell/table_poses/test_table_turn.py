@@ -15,8 +15,8 @@ from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.failure import Failure
 from cell.job.job import Job, prepare
-from cell.planning.configurations import evaluate
-from cell.scene.placement import place
+from cell.planning.configurations import nodes_at_rolls
+from cell.scene.placement import place_targets
 from cell.table_poses.table_turn import STILL_S, TableTurn, TurnSearch, nearest_turn, turn_time
 
 
@@ -131,9 +131,9 @@ def test_another_way_is_taken_where_the_straight_one_is_not_free(job: Job) -> No
 
 def test_an_arm_that_stands_in_the_way_is_kept_clear_of(job: Job) -> None:
     scene, a = job.scene, deg(-90, 0)
-    placed = place(job.targets, scene.T_base_part(*a))
+    placed = place_targets(job.targets, scene.T_base_part(*a))
     upright = int(np.argmax(placed.normal[:, 2]))
-    nodes = evaluate(job.solver, placed.rows([upright]), job.window, 0.3, job.singularity_limits)
+    nodes = nodes_at_rolls(job.solver, placed.rows([upright]), job.window, 0.3, job.singularity_limits)
     q = nodes.q[0][np.isfinite(nodes.cost[0])]
     laid = int(job.deposits_before[upright])
     clear = Checker(scene, a, 0.05).clearances(q, np.full(len(q), laid))

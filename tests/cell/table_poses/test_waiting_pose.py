@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from cell.table_poses import waiting_pose
-from cell.table_poses.waiting_pose import CheckedWay
+from cell.table_poses.waiting_pose import CheckedTravel
 
 
-def way(least: float) -> CheckedWay:
-    return CheckedWay(None, least, (0, 1))  # type: ignore[arg-type]
+def way(least: float) -> CheckedTravel:
+    return CheckedTravel(None, least, (0, 1))  # type: ignore[arg-type]
 
 
 def end(least: float) -> Any:

@@ -10,7 +10,8 @@ import pytest
 
 from cell.cli.main import main
 from cell.timing.blending import blended
-from cell.timing.time_law import MOST_STEPS, _grid, time_path, time_stops
+from cell.timing.time_grid import MOST_STEPS, time_grid
+from cell.timing.time_law import time_path, time_stops
 
 V, A = np.array([2.0, 2.0]), np.array([4.0, 4.0])
 
@@ -39,7 +40,7 @@ def test_smaller_zones_are_slower_and_no_finer_than_is_needed() -> None:
     assert times == sorted(times)
     assert times[-1] == pytest.approx(2.0, rel=0.01)
     for zone in (1e-4, 1e-6, 1e-9):
-        grid = _grid(s, zone, s[10:11], np.ones(len(s) - 1, dtype=bool))
+        grid = time_grid(s, zone, s[10:11], np.ones(len(s) - 1, dtype=bool))
         assert len(grid) < MOST_STEPS + 100
         assert (np.diff(grid) > 0).all()
         assert (grid[0], grid[-1]) == (0.0, s[-1])

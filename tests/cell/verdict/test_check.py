@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from cell.case.read import load_case
-from cell.failure import Failure, Kind, Place, Where
+from cell.failure import Failure, FailurePlace, Kind, Where
 from cell.job.job import prepare
 from cell.scene.standalone import standalone_xml
 from cell.verdict.check import _rows, check_fixed
@@ -50,7 +50,7 @@ def independent_problems(result):
         # on the chord between two neighbouring targets of its bead
         tcp = base[:3, :3] @ data.site("tcp").xpos + base[:3, 3]
         k = motion.target[i]
-        near = [j for j in (k - 1, k, k + 1) if 0 <= j < len(T) and T.path[j] == motion.bead[i]]
+        near = [j for j in (k - 1, k, k + 1) if 0 <= j < len(T) and T.bead[j] == motion.bead[i]]
         p = result.placed.position
         gap = min(_to_segment(tcp, p[a], p[b]) for a, b in pairwise(near))
         if gap > 5e-5:
@@ -210,10 +210,10 @@ def test_growing_part_counts_only_what_is_laid(make_case, tmp_path):
 
 def test_the_table_moves_the_targets_as_a_rigid_body(make_case):
     job = prepare(load_case(make_case()))
-    from cell.scene.placement import place
+    from cell.scene.placement import place_targets
 
-    a = place(job.targets, job.scene.T_base_part(0.0, 0.0))
-    b = place(job.targets, job.scene.T_base_part(0.4, -1.1))
+    a = place_targets(job.targets, job.scene.T_base_part(0.0, 0.0))
+    b = place_targets(job.targets, job.scene.T_base_part(0.4, -1.1))
     far = np.linalg.norm(a.position[:, None] - a.position[None], axis=-1)
     assert np.allclose(far, np.linalg.norm(b.position[:, None] - b.position[None], axis=-1), atol=1e-12)
     assert np.allclose(a.normal @ a.normal.T, b.normal @ b.normal.T, atol=1e-12)
@@ -221,10 +221,10 @@ def test_the_table_moves_the_targets_as_a_rigid_body(make_case):
 
 def test_roll_zero_has_x_along_the_parts_axis(make_case):
     job = prepare(load_case(make_case()))
-    from cell.scene.placement import place
+    from cell.scene.placement import place_targets
 
     T_base_part = job.scene.T_base_part(0.3, 0.7)
-    placed = place(job.targets, T_base_part)
+    placed = place_targets(job.targets, T_base_part)
     T = placed.Ts_base_target
     z_part = T_base_part[:3, 2]
     assert np.allclose(T[:, :3, 2], -placed.normal)
@@ -239,7 +239,7 @@ def test_a_home_in_the_way_is_told_at_a_target_that_was_not_looked_at(make_case)
     last = len(job.targets) - 1
     lost = SimpleNamespace(failure=Failure(Kind.OUT_OF_REACH), attempt=None)
     bead = SimpleNamespace(stretches=[], target_failures={0: lost}, edge_failures={}, open=list(range(1, last + 1)))
-    home = Failure(Kind.COLLISION, -1.0, 5.0, place=Place(Where.TO_HOME, at_home=True))
+    home = Failure(Kind.COLLISION, -1.0, 5.0, place=FailurePlace(Where.TO_HOME, at_home=True))
     rows = _rows(job, SimpleNamespace(beads=[bead], travel_failures={last: home}), np.zeros(len(job.targets)))
     assert [i for i, row in rows.items() if row.looked_at] == [0, last]
     assert rows[last].failure.kind is Kind.COLLISION

@@ -11,7 +11,7 @@ from support.jobs.boss_motion import boss_case, job_of
 
 from cell import html_report
 from cell.failure import IN_ROWS, Failure, Kind
-from cell.html.series import _gravity, path_of
+from cell.html.series import _gravity, drawn_path
 from cell.job.job import Job
 from cell.motion.motion_file import read_motion, write_motion
 from cell.verdict.by_table_mode import check
@@ -151,7 +151,7 @@ def test_what_the_table_meets_in_a_rounded_corner_counts(
 
 
 def test_the_page_plots_how_far_off_up_with_what_is_asked_for(upright: Result) -> None:
-    chart = _gravity(upright, path_of(upright))
+    chart = _gravity(upright, drawn_path(upright))
     assert chart["limits"] == [{"y": pytest.approx(10.0), "label": "upright_deg 10 deg"}]
     (line,) = chart["lines"]
     assert np.nanmax(line["y"]) == pytest.approx(table_use(upright).max_deg, abs=0.3)

@@ -14,7 +14,7 @@ from cell.job.table_groups import table_groups
 from cell.processes.worker_pool import working
 from cell.verdict import group_verdicts
 from cell.verdict.by_table_mode import check
-from cell.verdict.group_verdicts import GroupVerdicts, Trial, place_of
+from cell.verdict.group_verdicts import GroupTrial, GroupVerdicts, place_of
 from cell.verdict.result import Result
 
 
@@ -43,15 +43,15 @@ def test_the_verdict_does_not_depend_on_how_many_processes_work_it_out(
     for mode, fixtures in (("indexed", []), ("indexed", [wall]), ("best", []), ("indexed", [shut])):
         job = prepare(with_table(three_case(tmp_path), {"mode": mode}, fixtures=fixtures))
         alone = check(job)
-        alike(check(job, jobs=2), alone)
+        alike(check(job, processes=2), alone)
 
 
 def test_an_error_counts_only_where_its_trial_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     job = prepare(three_case(tmp_path))
     home = place_of(job.scene.start)
     group = table_groups(job)[0]
-    trials = [Trial(group, (0.0, 0.1 * k), home, home) for k in range(3)]
-    seen: list[Trial] = []
+    trials = [GroupTrial(group, (0.0, 0.1 * k), home, home) for k in range(3)]
+    seen: list[GroupTrial] = []
 
     def said(_job, trial, _progress):
         seen.append(trial)
@@ -60,13 +60,13 @@ def test_an_error_counts_only_where_its_trial_is_asked_for(tmp_path: Path, monke
         return trial.pose
 
     class Two:
-        jobs = 2
+        processes = 2
 
         def run(self, function, shared, items, tick):
             return [function(shared, item, tick) for item in items]
 
     monkeypatch.setattr(group_verdicts, "_verdict", said)
-    monkeypatch.setattr(group_verdicts, "pool_for", lambda job: Two())
+    monkeypatch.setattr(group_verdicts, "pool_for_poses", lambda job: Two())
     verdicts = GroupVerdicts(job)
     verdicts.look_ahead(trials)
     assert seen == trials
@@ -82,11 +82,11 @@ def test_without_workers_nothing_is_worked_out_before_it_is_asked_for(
 ) -> None:
     job = prepare(three_case(tmp_path))
     home = place_of(job.scene.start)
-    seen: list[Trial] = []
+    seen: list[GroupTrial] = []
     monkeypatch.setattr(group_verdicts, "_verdict", lambda job, trial, progress: seen.append(trial))
     verdicts = GroupVerdicts(job)
-    verdicts.look_ahead(Trial(group, (0.0, 0.0), home, home) for group in table_groups(job))
+    verdicts.look_ahead(GroupTrial(group, (0.0, 0.0), home, home) for group in table_groups(job))
     assert not seen
     with working(2):  # a part of so few targets is worked out in this process all the same
-        verdicts.look_ahead(Trial(group, (0.0, 0.0), home, home) for group in table_groups(job))
+        verdicts.look_ahead(GroupTrial(group, (0.0, 0.0), home, home) for group in table_groups(job))
     assert not seen

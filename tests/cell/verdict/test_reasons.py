@@ -10,7 +10,7 @@ from support.cells.arms import OPW, kr70_model
 from cell.case.read import load_case
 from cell.cli.main import main
 from cell.job.job import prepare
-from cell.mjcf.torch import TorchDimensions, tcp_in_flange
+from cell.mjcf.torch import TorchDimensions, tcp_of_dimensions
 from cell.scene.standalone import standalone_xml
 from cell.verdict.all_reasons import ORDER, all_reasons
 from cell.verdict.check import check_fixed
@@ -28,7 +28,7 @@ def run(path):
 def flange_poses(result, roll_deg):
     """Flange poses of all targets at a roll, by the torch's own closed form."""
     Ts = apply_roll(result.placed.Ts_base_target, np.full(len(result.rows), np.deg2rad(roll_deg)))
-    return Ts @ np.linalg.inv(tcp_in_flange(TorchDimensions()))
+    return Ts @ np.linalg.inv(tcp_of_dimensions(TorchDimensions()))
 
 
 def test_unreachable_is_the_wrist_centres_distance_from_the_reach(make_case):

@@ -14,14 +14,9 @@ from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion, read_motion, write_motion
 from cell.verdict.result import Result
 from cell.verification.bead_samples import rows_of
-from cell.verification.blended_motion import RoundedRows
-from cell.verification.motion_check import (
-    ACCELERATION_SLACK,
-    WINDOWS,
-    _acceleration_use,
-    _second_differences,
-    check_motion,
-)
+from cell.verification.blended_motion import SampledBlends
+from cell.verification.drive_use import ACCELERATION_SLACK, WINDOWS, _second_differences, acceleration_use
+from cell.verification.motion_check import check_motion
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +50,7 @@ def test_a_spike_between_few_rows_is_found(good: Result) -> None:
     # the second difference at that row, less what the axis does anyway and what the rounding of corners takes off
     assert 1.02 * limit[4] < worst.detail["needed_deg_s2"] < 2.5 * limit[4]
     # as a mean over more rows it goes unseen
-    use = _acceleration_use(good.job, spiked, rows_of(good.job, spiked.motion), WINDOWS[-1:])
+    use = acceleration_use(good.job, spiked, rows_of(good.job, spiked.motion), WINDOWS[-1:])
     assert use.max() <= ACCELERATION_SLACK
 
 
@@ -96,6 +91,6 @@ def test_a_spike_shows_however_little_the_tcp_moves(good: Result, step_mm: float
     m = good.motion
     assert m is not None
     rounded = ReadMotion(replace(m, t_s=t), np.arange(n) + 1, (), (1e-6, np.deg2rad(1e-6)))
-    rows = RoundedRows(q, 1e-3 * step_mm * np.arange(n), np.full(n, 1e-7))
+    rows = SampledBlends(q, 1e-3 * step_mm * np.arange(n), np.full(n, 1e-7))
     found = _second_differences(rows, rounded, (0.0,))[0, k, 0]
     assert 0.85 * 2 * 0.002 / 0.01**2 < found <= 2 * 0.002 / 0.01**2

@@ -48,10 +48,10 @@ class Chords:
 
     position: np.ndarray
     normal: np.ndarray
-    path: np.ndarray
+    bead: np.ndarray
 
     def __len__(self) -> int:
-        return len(self.path)
+        return len(self.bead)
 
 
 def look(job: Job, motion: Motion) -> MotionResult:

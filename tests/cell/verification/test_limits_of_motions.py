@@ -133,7 +133,7 @@ def test_a_bead_that_is_cut_short_where_it_comes_back_to_its_start(good: Result)
     job, m = good.job, good.motion
     progress = against_beads(job, way_of(job, m), m.target).progress
     bead = np.flatnonzero((m.bead == 1) & (m.arc == 1))
-    whole = float(along_beads(job)[job.targets.path == 1].max())
+    whole = float(along_beads(job)[job.targets.bead == 1].max())
     first = bead[progress[bead] <= 0.5e-3 * LEAD_MM]
     last = bead[progress[bead] >= whole - 0.5e-3 * LEAD_MM]
     rows = np.concatenate([np.arange(bead[0]), first, last, np.arange(bead[-1] + 1, len(m.t_s))])

@@ -197,7 +197,7 @@ def test_beads_left_out_out_of_order_and_backwards(good: Result) -> None:
     m = good.motion
     without = look(good.job, rows_of(m, np.flatnonzero(m.bead != 1)))
     assert {"not_welded", "order"} <= reasons(without)
-    mine = np.flatnonzero(good.job.targets.path == 1)
+    mine = np.flatnonzero(good.job.targets.bead == 1)
     assert of(without, "not_welded") == [{"target": int(mine[0]), "to_target": int(mine[-1])}]
     assert without.welded == len(good.job.targets) - len(mine)
     bead = np.flatnonzero((m.bead == 1) & (m.arc == 1))

@@ -85,7 +85,7 @@ def test_what_collides_is_red(result: Result, collided: Result) -> None:
 
 @pytest.mark.usefixtures("gl")
 def test_the_infeasible_target_is_the_one_shown(collided: Result) -> None:
-    assert pictures.middle(collided) == 3
+    assert pictures.target_to_show(collided) == 3
     assert picture(collided, width=64, height=64) == picture(collided, width=64, height=64, target=3)
 
 
@@ -104,7 +104,7 @@ def projected(view: mujoco.MjvCamera, point: np.ndarray, aspect: float) -> np.nd
 @pytest.mark.parametrize("table", [(90, 180), (90, 0), (-45, 0)])
 def test_the_wires_end_is_in_the_picture_and_in_sight(result: Result, view: str, table: tuple[int, int]) -> None:
     turned = result if table == (90, 180) else check_fixed(result.job, *table)
-    frame = still(turned, pictures.middle(turned))
+    frame = still(turned, pictures.target_to_show(turned))
     staged = StagedScene(turned)
     staged.pose(frame)
     look = camera(staged, view, 1.6)
@@ -144,7 +144,7 @@ def test_the_model_of_the_result_is_left_alone(tmp_path: Path) -> None:
 
 
 def test_beads_lead_from_target_to_target_and_are_thinned(result: Result) -> None:
-    path = result.job.targets.path
+    path = result.job.targets.bead
     every = beads_of(result.job)
     assert len(every.target) == len(path) - len(np.unique(path))
     assert (path[every.target[:, 0]] == path[every.target[:, 1]]).all()

@@ -9,7 +9,7 @@ from support.jobs.boss_motion import boss_case
 from support.programs.boss_program import LAYER, boss_program, edited, line_of
 
 from cell.cli.main import main
-from cell.html.check_page import html_report, packed
+from cell.html.check_page import html_report, page_data
 from cell.html.pack import unpack
 from cell.view.player import Player
 from cell.view.shown_motion import played_program
@@ -59,7 +59,7 @@ def test_a_page_of_a_program_has_its_verdict_its_clearance_and_its_lines(tmp_pat
     result = boss.read(tmp_path)
     shown = played_program(boss.job, result)
     page = html_report(shown)
-    path = unpack(packed(shown))["path"]
+    path = unpack(page_data(shown))["path"]
     assert len(path["line"]) == len(path["x"])
     for k in (5, len(path["x"]) // 2, -1):
         text = (tmp_path / path["files"][int(path["file"][k])]).read_text().splitlines()

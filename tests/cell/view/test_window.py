@@ -183,7 +183,7 @@ def test_left_and_right_go_from_target_to_target(result: Result) -> None:
 
 
 def test_up_and_down_go_from_bead_to_bead(result: Result) -> None:
-    path, player = result.job.targets.path, Player(result)
+    path, player = result.job.targets.bead, Player(result)
     first = [int(np.flatnonzero(path == b)[0]) for b in range(3)]
     player.key(KEYS["up"])
     player.key(KEYS["up"])

@@ -12,7 +12,7 @@ from support.parts.meshes import box, from_manifold
 from slicing.beads.deposition import LayerMetal, metal_lines
 from slicing.beads.infill import Stroke
 from slicing.beads.lay import lay_beads
-from slicing.beads.zigzag import spread
+from slicing.beads.zigzag import strokes_of_length
 from slicing.curves.intersect import Curve
 from slicing.layers.layer import Layer, SlicedSubVolume
 from slicing.parameters import BeadParameters, SlicingParameters
@@ -169,12 +169,12 @@ def test_middle_lines_that_do_not_go_right_round_are_laid_once(pattern: str) -> 
     ring = from_manifold(Manifold.revolve(section, 160))
     sliced = slice_sub_volume(ring, CylindricalBody(20.0, (0.3, -0.2)), SlicingParameters("cylindrical"))
     targets = sample_targets([sliced], beads=BeadParameters(pattern=pattern))
-    open_ = [targets.position[targets.path == k] for k in np.flatnonzero(~targets.closed)]
+    open_ = [targets.position[targets.bead == k] for k in np.flatnonzero(~targets.closed)]
     assert open_
     middles = np.array([line.mean(axis=0) for line in open_])
     apart = np.linalg.norm(middles[:, None] - middles, axis=2)[np.triu_indices(len(middles), 1)]
     assert apart.min() > 0.5
-    layers = targets.layer[[np.flatnonzero(targets.path == k)[0] for k in range(len(targets.closed))]]
+    layers = targets.layer[[np.flatnonzero(targets.bead == k)[0] for k in range(len(targets.closed))]]
     assert set(layers.tolist()) == set(range(len(sliced.layers)))
 
 
@@ -205,7 +205,7 @@ def test_lines_are_never_farther_apart_than_a_bead_is_wide() -> None:
         return [Stroke(np.array([[0.0, y], [40.0, y]]), False, False, "infill") for y in levels]
 
     asked: list[float] = []
-    assert len(spread(lines, 100.0, PITCH, W)) == 7  # a third of the metal would leave gaps
+    assert len(strokes_of_length(lines, 100.0, PITCH, W)) == 7  # a third of the metal would leave gaps
     assert max(asked) == W
-    assert len(spread(lines, 40.0 * 8, PITCH, W)) == 8
-    assert len(spread(lines, 0.0, PITCH, W)) == 9  # rounds alone lay more than all of it: as asked
+    assert len(strokes_of_length(lines, 40.0 * 8, PITCH, W)) == 8
+    assert len(strokes_of_length(lines, 0.0, PITCH, W)) == 9  # rounds alone lay more than all of it: as asked

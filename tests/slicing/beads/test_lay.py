@@ -102,7 +102,7 @@ def test_directions_alternate_and_tangents_with_them(tube):
         assert np.array_equal(a.points[0], b.points[0])  # seams stay
     plain_t, turned_t = (sample_targets([tube], beads=replace(BORDERS, alternate=flag)) for flag in (False, True))
     for path in range(len(plain_t.closed)):
-        a, b = np.flatnonzero(plain_t.path == path), np.flatnonzero(turned_t.path == path)
+        a, b = np.flatnonzero(plain_t.bead == path), np.flatnonzero(turned_t.bead == path)
         even = plain_t.layer[a[0]] % 2 == 0
         # the way out of the seam: the same, or against the way in
         assert np.allclose(turned_t.tangent[b[0]], plain_t.tangent[a[0]] if even else -plain_t.tangent[a[-1]])
@@ -198,7 +198,7 @@ def test_ends_of_fill_lines_are_targets_and_open_beads_keep_their_ends(boss):
     (laid,) = lay_beads([boss], parameters)
     targets = sample_targets([boss], beads=parameters)
     for path, bead in enumerate(laid.beads):
-        rows = np.flatnonzero(targets.path == path)
+        rows = np.flatnonzero(targets.bead == path)
         assert targets.closed[path] == bead.closed
         if not bead.closed:
             assert np.array_equal(targets.position[rows[0]], bead.points[0])
@@ -234,7 +234,7 @@ def test_a_bead_shorter_than_a_segment_has_two_targets():
 def test_tangents_flip_where_a_bead_turns_back(boss):
     parameters = BeadParameters("zigzag", width_mm=4.0, lead_in_mm=5.0, lead_out_mm=5.0, contours=0)
     targets = sample_targets([boss], beads=parameters)
-    rows = np.flatnonzero(targets.path == 0)
+    rows = np.flatnonzero(targets.bead == 0)
     along = np.diff(targets.position[rows], axis=0)
     unit = along / np.linalg.norm(along, axis=1)[:, None]
     assert (unit[0] * unit[1]).sum() < -0.99  # back to the start, then forward
@@ -300,7 +300,7 @@ def test_a_ring_has_beads_with_every_pattern():
     sliced = slice_sub_volume(ring(19.9, 30, -10, 10), BODY, SlicingParameters("cylindrical"))
     for pattern in ("contour_parallel", "zigzag"):
         targets = sample_targets([sliced], beads=BeadParameters(pattern, width_mm=4.0, seam="spread"))
-        assert (np.diff(targets.path) >= 0).all()
+        assert (np.diff(targets.bead) >= 0).all()
         for layer in sliced.layers:
             at = targets.position[targets.layer == layer.index]
             assert np.abs(layer.surface.distance(at)).max() < 1e-6

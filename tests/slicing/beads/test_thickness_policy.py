@@ -80,7 +80,7 @@ def test_trimmed_targets_end_where_the_beads_do():
     targets = sample_targets([sliced_box("trim")])
     assert targets.closed.tolist()[:2] == [False, False]
     for path in (0, 1):
-        rows = np.flatnonzero(targets.path == path)
+        rows = np.flatnonzero(targets.bead == path)
         assert np.abs(targets.position[rows[[0, -1]], 1]) == pytest.approx([Y_MIN, Y_MIN], abs=1e-6)
         assert targets.thickness_mm[rows[[0, -1]]] == pytest.approx([H_MIN, H_MIN], abs=1e-6)
     assert targets.thickness_mm.min() >= H_MIN - 1e-6
@@ -107,7 +107,7 @@ def test_merge_hands_the_thin_part_to_the_layer_above():
     y = targets.position[mine, 1]
     thick = targets.thickness_mm[mine] > H + 0.1
     assert np.abs(targets.thickness_mm[mine][thick] - H - (X0 - np.sqrt(R**2 - y[thick] ** 2))).max() < 0.02
-    assert targets.closed[targets.path[mine][0]]
+    assert targets.closed[targets.bead[mine][0]]
 
 
 def test_merge_keeps_material():

@@ -11,7 +11,7 @@ from support.parts.meshes import blade, box, subdivided
 from slicing.curves import loops as chains
 from slicing.curves import parallel_levels as levels
 from slicing.curves.intersect import intersect, intersect_offsets
-from slicing.mesh.edge_table import Edges, edge_table
+from slicing.mesh.mesh_edges import MeshEdges, edges_of_faces
 from slicing.mesh.solid import mesh_from_arrays
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane
 
@@ -90,26 +90,26 @@ def test_an_edge_with_four_faces_still_gives_closed_loops():
 
 def test_edges_are_found_by_either_sort_and_open_ones_counted():
     mesh = blade(6, 6)
-    edges, of_side = edge_table(len(mesh.vertices), mesh.faces)
+    edges, of_side = edges_of_faces(len(mesh.vertices), mesh.faces)
     assert 2 * len(edges) == 3 * len(mesh.faces)
     sides = np.sort(np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], axis=2), axis=2)
     assert np.array_equal(edges[of_side], sides)
     # so many vertices that keys and places do not fit into one number: the other way of sorting
-    far_edges, far_of_side = edge_table(2**31, mesh.faces)
+    far_edges, far_of_side = edges_of_faces(2**31, mesh.faces)
     assert np.array_equal(far_edges, edges)
     assert np.array_equal(far_of_side, of_side)
-    whole, far = Edges.of(len(mesh.vertices), mesh.faces), Edges.of(2**31, mesh.faces)
+    whole, far = MeshEdges.of(len(mesh.vertices), mesh.faces), MeshEdges.of(2**31, mesh.faces)
     assert whole.is_surface
     assert np.array_equal(whole.side, far.side)
     assert np.array_equal(whole.first, far.first)
-    open_ = Edges.of(len(mesh.vertices), mesh.faces[1:])
+    open_ = MeshEdges.of(len(mesh.vertices), mesh.faces[1:])
     assert (int((open_.count == 1).sum()), open_.is_closed) == (3, False)
     assert sorted(open_.odd_sides() // 3) == sorted(of for of in range(len(mesh.faces) - 1) if _touches(mesh, of + 1))
     turned = mesh.faces.copy()
     turned[0] = turned[0, ::-1]
-    found = Edges.of(len(mesh.vertices), turned)
+    found = MeshEdges.of(len(mesh.vertices), turned)
     assert (int((found.balance != 0).sum()), found.is_closed, found.is_surface) == (3, True, False)
-    none = Edges.of(5, np.zeros((0, 3), dtype=np.int64))
+    none = MeshEdges.of(5, np.zeros((0, 3), dtype=np.int64))
     assert len(none.count) == len(none.pairs()) == 0
 
 

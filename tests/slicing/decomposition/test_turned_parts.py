@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import math
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 from manifold3d import CrossSection, Manifold
-from scipy.spatial.transform import Rotation
-from support.parts.cad_parts import FORMATS, arrays, boss_fillet, cad_part, filleted_blade, radial_cylinder, revolved
+from support.parts.cad_parts import FORMATS, boss_fillet, cad_part, filleted_blade, radial_cylinder, revolved
 from support.parts.part_truth import judged
+from support.parts.turned_meshes import box, codes, cylinder, mesh_of, shoulder, turned, volumes
 
 from slicing.beads.overhang import overhangs
 from slicing.decomposition.bands import Band
-from slicing.decomposition.body_hint import BodyHint
 from slicing.decomposition.cut import Cut, CutPiece, Sliver
 from slicing.decomposition.decompose import Decomposition, decompose
 from slicing.decomposition.evidence_warnings import domed_body, what_is_left
 from slicing.decomposition.outline import Outline
 from slicing.layers.body_ends import body_ends
 from slicing.mesh.load import load_mesh
-from slicing.mesh.solid import Mesh, PartError, mesh_from_arrays
+from slicing.mesh.solid import PartError, mesh_from_arrays
 from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.warning import Code, Warning
@@ -32,47 +28,14 @@ from slicing.warning import Code, Warning
 UPRIGHT = np.array([0.0, 0.0, 1.0])
 
 
-def cylinder(radius: float, low: float, high: float, sides: int = 64, top: float | None = None) -> Manifold:
-    return Manifold.cylinder(high - low, radius, radius if top is None else top, sides).translate((0, 0, low))
-
-
-def box(low, high) -> Manifold:
-    return Manifold.cube(tuple(np.subtract(high, low))).translate(tuple(low))
-
-
-def mesh_of(solid: Manifold, motion: np.ndarray | None = None, digits: int | None = None) -> Mesh:
-    vertices, faces = arrays(solid)
-    if motion is not None:
-        vertices = vertices @ motion[:3, :3].T + motion[:3, 3]
-    return mesh_from_arrays("part", vertices if digits is None else np.round(vertices, digits), faces)
-
-
-def turned(angle_deg: float, axis=(1.0, 0.0, 0.0), shift=(0.0, 0.0, 0.0)) -> np.ndarray:
-    motion = np.eye(4)
-    direction = np.asarray(axis) / np.linalg.norm(axis)
-    motion[:3, :3], motion[:3, 3] = Rotation.from_rotvec(math.radians(angle_deg) * direction).as_matrix(), shift
-    return motion
-
-
 def tilt_deg(parts: Decomposition, direction=UPRIGHT) -> float:
     up = parts.T_part_input[:3, :3] @ direction
     return math.degrees(math.asin(min(float(np.hypot(*up[:2])), 1.0)))
 
 
-def volumes(parts: Decomposition) -> list[float]:
-    return [mesh.volume for mesh in parts.sub_volumes]
-
-
-def codes(parts: Decomposition) -> set[Code]:
-    return {line.code for line in parts.warnings if isinstance(line, Warning)}
-
-
 def wedge(half: float, radius: float, height: float) -> float:
     """Adhesion area of a wall of half a width along a radius."""
     return 2 * math.asin(half / radius) * radius * height
-
-
-# a sample of the generator; bench/soundness/parts_truth.py runs it by the thousand
 
 
 # 30004: 14 sides far from the origin; 40241: a cone of 14 sides; 710019: a tiny cylinder below a filleted collar;
@@ -123,9 +86,6 @@ def test_a_turned_bar_with_an_octagonal_flange_is_a_bar():
     assert len(parts.sub_volumes) == 1
 
 
-# fillets
-
-
 @pytest.mark.parametrize(("fillet", "steps"), [(0.0, 1), (2.0, 3), (5.0, 16), (10.0, 6), (10.0, 40)])
 def test_root_fillets_of_a_blade_leave_radius_and_axis(fillet, steps):
     blade = Manifold.extrude(filleted_blade(20.0, 10.0, 50.0, fillet, steps), 60.0)
@@ -164,23 +124,6 @@ def test_a_ring_shaped_cavity_in_a_collar_is_no_body():
     assert volumes(parts) == pytest.approx([(ring - cavity - cylinder(25, -1, 151, 4096)).volume()], rel=1e-3)
 
 
-@pytest.mark.parametrize(("sides", "digits"), [(24, 2), (40, 2), (48, 3)])
-def test_rounded_coordinates_hide_no_body(sides, digits):
-    solid = cylinder(25, 0, 50, sides) + cylinder(20, 50, 90, sides) + box((3, -3, 55), (50, 3, 85))
-    parts = decompose(mesh_of(solid, digits=digits))
-    assert (parts.T_part_input == np.eye(4)).all()
-    assert parts.body.radius_mm == 25.0
-    assert volumes(parts) == pytest.approx([5413.5], rel=1e-3)
-
-
-def test_rounding_makes_no_plane_of_a_fine_cylinder():
-    solid = cylinder(20, 0, 60, 300) + box((3, -2.5, 20), (50, 2.5, 40))
-    assert decompose(mesh_of(solid, digits=2)).body.radius_mm == 20.0
-
-
-# cones
-
-
 @pytest.mark.parametrize("angle", [0.1, 0.5, 1.5, 3.0, 12.0])
 def test_a_drafted_hub_is_a_cone_and_no_tilted_cylinder(angle):
     top = 25 - 100 * math.tan(math.radians(angle))
@@ -204,9 +147,6 @@ def test_cylindrical_layers_begin_with_the_whole_root_on_a_drafted_hub(strategy)
     assert sliced.layers[0].area_mm2 == pytest.approx(wedge(3, 24.56, 40), rel=5e-3)
     assert not any(getattr(line, "code", None) == Code.BODY_END for line in sliced.warnings)
     assert not any(over.area_mm2 for over in overhangs(sliced, 2.5))
-
-
-# where it lies
 
 
 @pytest.mark.parametrize("angle", [10.0, 45.0, 77.0])
@@ -233,39 +173,11 @@ def test_fins_longer_than_the_hub(count, length):
     assert layers[0].area_mm2 == pytest.approx(wedge(1.5, 20, 90), rel=1e-4)
 
 
-def shoulder(sides: int = 64) -> Manifold:
-    """A shaft of 30 and 14 with a fillet of 4 between, and a wall."""
-    arc = [(18 + 4 * math.cos(a), 64 + 4 * math.sin(a)) for a in np.linspace(-math.pi / 2, -math.pi, 9)]
-    shaft = revolved([(0, 0), (30, 0), (30, 60), *arc, (14, 100), (0, 100)], sides)
-    return shaft + box((10, -4, 10), (60, 4, 40))
-
-
-def test_a_part_far_from_the_origin_gets_no_further_sub_volume():
-    near = decompose(mesh_of(shoulder()))
-    far = decompose(mesh_of(shoulder(), turned(0, shift=(0, 0, 10_000)), digits=6))
-    beyond = decompose(mesh_of(shoulder(), turned(0, shift=(10_000, -20_000, 5_000)), digits=6))
-    for parts in (near, far, beyond):
-        assert len(parts.sub_volumes) == 1
-        assert parts.bodies[0].radius_mm == 30.0
-        assert volumes(parts) == pytest.approx(volumes(near), rel=1e-5)
-    assert beyond.body.axis_xy_mm == pytest.approx((10_000.0, -20_000.0), abs=1e-5)
-
-
 def test_a_shoulder_fillet_is_body_however_large_the_rest():
     solid = shoulder() + cylinder(300, 2, 6, 64)
     parts = decompose(mesh_of(solid))
     assert len(parts.sub_volumes) == 2
     assert min(volumes(parts)) == pytest.approx(volumes(decompose(mesh_of(shoulder())))[0], rel=1e-4)
-
-
-def test_coordinates_of_two_decimals_leave_no_wedges():
-    shaft = cylinder(25, 0, 40) + cylinder(20, 40, 80) + cylinder(15, 80, 120)
-    parts = decompose(mesh_of(shaft + box((10, -3, 45), (50, 3, 75)), turned(20, (1, 1, 0)), digits=2))
-    assert len(parts.sub_volumes) == 1
-    assert parts.bodies[0].radius_mm == pytest.approx(20.0, abs=0.01)
-
-
-# rings, ends, pieces
 
 
 def test_a_ring_alone_on_a_shaft_is_a_sub_volume():
@@ -282,17 +194,6 @@ def test_a_flange_with_root_fillets_is_one_ring():
     parts = decompose(mesh_of(cylinder(20, 0, 100) + ring))
     assert [r for r, _ in parts.outline.points] == pytest.approx([20.0] * len(parts.outline.points), rel=1e-6)
     assert volumes(parts) == pytest.approx([(ring - cylinder(20, -1, 101, 4096)).volume()], rel=1e-3)
-
-
-def test_a_branch_is_cut_alike_however_it_is_tessellated_and_the_rival_is_told():
-    cuts = []
-    for sides in (48, 96):
-        tee = cylinder(20, 0, 70, sides) + radial_cylinder(15, 0, 160, sides).translate((0, 0, 35))
-        parts = decompose(mesh_of(tee))
-        assert parts.body.radius_mm == pytest.approx(15.0, abs=1e-4)
-        assert Code.BODY_RIVAL in codes(parts)
-        cuts.append(volumes(parts)[0])
-    assert cuts[0] == pytest.approx(cuts[1], rel=5e-3)
 
 
 def test_a_piece_that_touches_nothing_is_told():
@@ -318,65 +219,6 @@ def test_body_and_sub_volumes_add_up_to_the_part():
 def test_a_boss_on_a_block_is_no_body():
     with pytest.raises(PartError, match=r"no round body found.* 8 sides.* lies open along"):
         decompose(mesh_of(box((-20, -20, -20), (20, 20, 20)) + cylinder(5, 10, 40, 96)))
-
-
-# hints
-
-
-def test_an_exact_axis_is_used_as_it_stands_and_the_difference_told():
-    solid = cylinder(20, 0, 60) + box((10, -4, 20), (40, 4, 40))
-    mesh = mesh_of(solid, turned(0, shift=(0.05, 0, 0)))
-    parts = decompose(mesh, BodyHint((0, 0, 0), (0, 0, 1), 20.0))
-    assert parts.body.axis_xy_mm == (0.0, 0.0)
-    assert Code.BODY_AXIS in codes(parts)
-    assert len(parts.sub_volumes) == 1
-    assert Code.BODY_AXIS not in codes(decompose(mesh_of(solid), BodyHint((0, 0, 0), (0, 0, 1), 20.0)))
-
-
-# the same part otherwise
-
-
-def metamorphoses() -> dict[str, tuple[Mesh, float]]:
-    part = cad_part(301)
-    vertices, faces = part.vertices, part.faces
-    rng = np.random.default_rng(1)
-    solid = trimesh.Trimesh(vertices, faces, process=False)
-    fine = solid.subdivide()
-    order = rng.permutation(len(vertices))
-    number = np.argsort(order)
-    return {
-        "as it is": (mesh_from_arrays("part", vertices, faces), 1.0),
-        "turned": (mesh_from_arrays("part", vertices @ turned(50, (3, 1, -2))[:3, :3].T, faces), 1.0),
-        "moved": (mesh_from_arrays("part", vertices + np.array([700.0, -300.0, 90.0]), faces), 1.0),
-        "scaled": (mesh_from_arrays("part", vertices * 10, faces), 10.0),
-        "refined": (mesh_from_arrays("part", fine.vertices, fine.faces), 1.0),
-        "shuffled": (mesh_from_arrays("part", vertices[order], number[faces[rng.permutation(len(faces))]]), 1.0),
-    }
-
-
-@pytest.mark.slow
-def test_the_same_part_otherwise_is_taken_apart_alike():
-    first: Decomposition | None = None
-    for name, (mesh, scale) in metamorphoses().items():
-        parts = decompose(mesh)
-        first = first or parts
-        assert sorted(volumes(parts)) == pytest.approx(sorted(v * scale**3 for v in volumes(first)), rel=1e-4), name
-        assert sorted(b.radius_mm for b in parts.bodies) == pytest.approx(
-            sorted(b.radius_mm * scale for b in first.bodies), rel=1e-5
-        ), name
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", FORMATS)
-def test_the_file_format_changes_nothing(kind, tmp_path):
-    part = cad_part(308)
-    parts = decompose(load_mesh(part.save(tmp_path, kind)))
-    want = decompose(mesh_from_arrays("part", part.vertices, part.faces))
-    assert volumes(parts) == pytest.approx(volumes(want), rel=1e-4)
-    assert parts.body.radius_mm == pytest.approx(want.body.radius_mm, rel=1e-5)
-
-
-# what else is turned
 
 
 def test_lands_between_grooves_are_body_and_discs_are_not():
@@ -423,31 +265,6 @@ def test_many_slivers_are_a_doubt_about_the_body(count, doubted):
     nothing = CutPiece(np.zeros((0, 3)), *(np.zeros((0, 3), dtype=np.int64),) * 3)
     lines = what_is_left("part", Cut([], nothing, [], [], [Sliver(0.02, 1e-3)] * count))
     assert [line.code for line in lines] == [Code.BODY_RADIUS] * doubted + [Code.SLIVERS]
-
-
-# what is said
-
-
-def test_the_motion_to_the_part_frame_is_told(tmp_path: Path, capsys):
-    from cell.cli.main import main
-
-    solid = cylinder(20, 0, 60) + box((10, -4, 20), (40, 4, 40))
-    motion = turned(90, (0, 1, 0), (0, 400, -250))
-    mesh = mesh_of(solid, motion)
-    trimesh.Trimesh(mesh.vertices, mesh.faces).export(tmp_path / "part.stl")
-    assert main(["slice", str(tmp_path / "part.stl"), "--json", str(tmp_path / "o.json")]) == 0
-    told = capsys.readouterr().out
-    assert "turned by 90°" in told
-    assert "cylinder of radius 20 mm" in told
-    document = json.loads((tmp_path / "o.json").read_text())
-    T = np.array(document["T_part_input"])
-    assert T[:3, :3] @ T[:3, :3].T == pytest.approx(np.eye(3), abs=1e-12)
-    # the first layer, put back on the model, lies on its cylinder about (y, z) = (400, -250)
-    points = np.array(document["sub_volumes"][0]["layers"][0]["curves"][0]["points"])
-    back = (points - T[:3, 3]) @ T[:3, :3]
-    assert np.hypot(back[:, 1] - 400, back[:, 2] + 250) == pytest.approx(20.0, abs=1e-3)
-    assert document["body"]["axis_direction"] == pytest.approx([1, 0, 0], abs=1e-6)
-    assert document["body"]["share"] > 0.3
 
 
 def test_a_section_is_a_circle():  # of the support's own turned solids

@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 from support.parts.meshes import BODY, R, blade, box, box_solid, from_manifold, ring, rotated, sector, subdivided
 
 from slicing.curves.intersect import intersect
-from slicing.curves.slabs import Bands
+from slicing.curves.slabs import ProfileSlabs
 from slicing.document import slices_document
 from slicing.layers.layer import ConicalBody, RevolvedBody
 from slicing.mesh.solid import PartError
@@ -74,7 +74,7 @@ def test_offset_chains_are_the_true_offsets(points, by):
     surface = Revolved(AXIS, points, by)
     rng = np.random.default_rng(0)
     at = np.stack([rng.uniform(0, 60, 200), np.zeros(200), rng.uniform(-40, 60, 200)], axis=1)
-    bands = Bands.of(chain)
+    bands = ProfileSlabs.of(chain)
     slab = bands.slab(at[:, 2])
     inside = at[:, 0] <= bands.radius(slab, at[:, 2])
     clear = np.abs(surface.distance(at)) > 2e-3
@@ -257,7 +257,7 @@ def test_profile_points_on_a_straight_line_change_nothing():
 
 def quadrature(surface: Revolved | Cone, hull: ConvexHull) -> float:
     """Area of the surface within a convex hull, on a grid."""
-    bands, total = Bands.of(surface.chain(1e-3)), 0.0
+    bands, total = ProfileSlabs.of(surface.chain(1e-3)), 0.0
     angle = (np.arange(360) + 0.5) / 360 * 2 * np.pi
     border = np.concatenate([[-60.0], bands.z, [60.0]])
     for slab in np.flatnonzero(~bands.empty & ((np.diff(border) > 0) | bands.step)).tolist():

@@ -9,7 +9,7 @@ from support.paths import ROOT
 
 from slicing.beads.overhang import VIEWS
 from slicing.beads.regions import ISLANDS
-from slicing.curves.intersect import WAYS
+from slicing.curves.intersect import CURVE_FINDERS
 from slicing.deposits.part_shape import PIECES
 from slicing.layers.outside_body import SECTIONS
 from slicing.paper.adhesion import NEAR_ON_PLANE
@@ -36,7 +36,7 @@ def test_kinds_are_asked_for_in_few_places_with_a_reason():
     assert found == sorted(ASKED)
 
 
-@pytest.mark.parametrize("table", [VIEWS, ISLANDS, WAYS, PIECES, FAMILIES, FIELDS])
+@pytest.mark.parametrize("table", [VIEWS, ISLANDS, CURVE_FINDERS, PIECES, FAMILIES, FIELDS])
 def test_tables_have_every_kind_of_surface(table):
     assert set(table) == set(Surface.__args__)
 

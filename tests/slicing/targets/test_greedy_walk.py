@@ -12,7 +12,7 @@ from support.layers.beads import break_points, open_break_points
 
 from slicing.targets.break_points import BeadLine, chosen_points
 from slicing.targets.chord_error import error, errors_through
-from slicing.targets.greedy_walk import Stretches, greedy_points
+from slicing.targets.greedy_walk import PolylineStretches, greedy_points
 
 
 def wobbly(seed: int, n: int) -> np.ndarray:
@@ -53,9 +53,9 @@ def alone(line: np.ndarray, tolerance: float, least: float) -> list[int]:
         chosen.append(good)
 
 
-def stretches(lines, tolerances) -> Stretches:
+def stretches(lines, tolerances) -> PolylineStretches:
     first = np.cumsum([0, *(len(line) for line in lines)])
-    return Stretches(
+    return PolylineStretches(
         np.ascontiguousarray(np.concatenate(lines).T),
         first[:-1],
         first[1:] - 1,

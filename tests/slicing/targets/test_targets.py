@@ -42,7 +42,7 @@ def targets(sliced):
 
 def beads(targets):
     for path in range(len(targets.closed)):
-        yield path, np.flatnonzero(targets.path == path)
+        yield path, np.flatnonzero(targets.bead == path)
 
 
 def curve_error(chord, points) -> float:
@@ -82,7 +82,7 @@ def test_beads_end_where_they_start_and_keep_their_order(sliced, targets):
         assert (np.diff(rows) == 1).all()
         assert (targets.position[rows[0]] == targets.position[rows[-1]]).all()
         assert len(np.unique(targets.layer[rows])) == 1
-    order = np.stack([targets.sub_volume_index, targets.layer, targets.path], axis=1)
+    order = np.stack([targets.sub_volume_index, targets.layer, targets.bead], axis=1)
     assert (np.lexsort(order.T[::-1]) == np.arange(len(targets))).all()
     assert targets.sub_volume == ("blade", "box")
 
@@ -100,7 +100,7 @@ def test_chords_keep_to_the_curve_unless_the_least_segment_forbids(sliced):
     for one in sliced:
         for layer in one.layers:
             for curve in layer.curves:
-                at = free.position[free.path == path]
+                at = free.position[free.bead == path]
                 number = [int(np.argmin(((curve.points - p) ** 2).sum(axis=1))) for p in at]
                 for (a, b), chord in zip(pairwise(number), pairwise(at), strict=True):
                     between = curve.points[np.arange(a, b if b > a else b + len(curve.points)) % len(curve.points)]

@@ -23,7 +23,7 @@ def written(tmp_path, *rows, header=HEADER, name="theirs.csv"):
 def ours(tmp_path_factory) -> Toolpath:
     path = tmp_path_factory.mktemp("boss") / "boss.stl"
     boss_mesh().export(path)
-    sliced = slicing.slice(slicing.load(path), slicing.Cylinder(radius_mm=20), h_layer_mm=1.73)
+    sliced = slicing.slice(slicing.load(path), slicing.CylindricalBody(radius_mm=20), h_layer_mm=1.73)
     return slicing.lay([sliced], pattern="zigzag", width_mm=4)
 
 
@@ -33,7 +33,7 @@ def test_what_is_written_here_is_read_back(ours, tmp_path):
     found = read_toolpath(path, width_mm=4)
     for name in ("position", "normal", "thickness_mm", "speed_mm_s"):
         np.testing.assert_allclose(getattr(found.targets, name), getattr(ours.targets, name), atol=1e-12)
-    for name in ("sub_volume_index", "layer", "path", "closed"):
+    for name in ("sub_volume_index", "layer", "bead", "closed"):
         np.testing.assert_array_equal(getattr(found.targets, name), getattr(ours.targets, name))
     across = (found.targets.tangent * found.targets.normal).sum(axis=1)
     np.testing.assert_allclose(across, 0, atol=1e-12)
@@ -60,7 +60,7 @@ def test_beads_are_runs_of_rows_on_which_the_arc_is_on(tmp_path):
     with pytest.raises(PartError, match="up or radial"):
         read_toolpath(path, thickness_mm=2)
     found = read_toolpath(path, thickness_mm=2, normal="up").targets
-    assert found.path.tolist() == [0, 0, 1, 1]
+    assert found.bead.tolist() == [0, 0, 1, 1]
     assert found.layer.tolist() == [0, 0, 1, 1]
     np.testing.assert_allclose(found.normal, [[0, 0, 1]] * 4)
     round_it = written(tmp_path, "3,4,0,1", "3,4,9,1", header="x,y,z,on")

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from cell.case.sections import Case
-from cell.scene.composition import Piece
+from cell.scene.composition import BodyOwner
 from cell.scene.scene import Scene
 
 from ..oracles.witness import Model, frame, held
@@ -62,9 +62,9 @@ def shapes_off(scene: Scene, case: Case, q, table) -> dict[str, float]:
     stand.pose([table[("E1", "E2").index(name)] for name in positioner.joints])
     T_robot = frame(robot.position_mm, robot.rotation_deg)
     places = {
-        Piece.ROBOT: (arm, T_robot),
-        Piece.TOOL: (torch, T_robot @ arm.site(robot.flange)),
-        Piece.POSITIONER: (stand, frame(positioner.position_mm, positioner.rotation_deg)),
+        BodyOwner.ROBOT: (arm, T_robot),
+        BodyOwner.TOOL: (torch, T_robot @ arm.site(robot.flange)),
+        BodyOwner.POSITIONER: (stand, frame(positioner.position_mm, positioner.rotation_deg)),
     }
     hard, out = scene.contact_bits.any(axis=0), {}
     for piece, (own, T) in places.items():

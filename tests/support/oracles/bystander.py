@@ -56,9 +56,9 @@ class Bystander:
         layers = list(zip(targets.sub_volume_index.tolist(), targets.layer.tolist(), strict=True))
         number = {layer: k for k, layer in enumerate(dict.fromkeys(layers))}
         self.layer = np.array([number[layer] for layer in layers])
-        first = {k: int(targets.path[self.layer == k][0]) for k in number.values()}
+        first = {k: int(targets.bead[self.layer == k][0]) for k in number.values()}
         self.again = np.array(
-            [b > first[k] for k, b in zip(self.layer.tolist(), targets.path.tolist(), strict=True)]
+            [b > first[k] for k, b in zip(self.layer.tolist(), targets.bead.tolist(), strict=True)]
         )  # another bead of the same layer lies there already
 
     def problems(self) -> list[str]:
@@ -177,7 +177,7 @@ class Bystander:
         least = np.full(len(k), np.inf)
         for shift in (-1, 0, 1):
             a = np.clip(k + shift, 0, len(t) - 2)
-            mine = (t.path[a] == t.path[k]) & (t.path[a + 1] == t.path[k])
+            mine = (t.bead[a] == t.bead[k]) & (t.bead[a + 1] == t.bead[k])
             chord = t.position[a + 1] - t.position[a]
             s = np.clip(((place - t.position[a]) * chord).sum(1) / np.maximum((chord**2).sum(1), 1e-30), 0, 1)[:, None]
             off = np.linalg.norm(place - t.position[a] - s * chord, axis=1)

@@ -244,7 +244,7 @@ class Witness:
                 asked[a.name, b.name] = least
                 near[a.name, b.name].append(float(d) - least)
             on = m.arc[row[k]] == 1 and m.arc[min(row[k] + 1, len(m.arc) - 1)] == 1
-            laid = points[self.targets.path < (m.bead[row[k]] if on else welded[row[k]] + 1)]
+            laid = points[self.targets.bead < (m.bead[row[k]] if on else welded[row[k]] + 1)]
             metal += self._metal(np.concatenate([self.built, laid]), int(row[k]))
         found = []
         for pair, values in near.items():

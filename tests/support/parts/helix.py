@@ -30,7 +30,7 @@ def helix(
         sub_volume=("SV1",),
         sub_volume_index=none,
         layer=none,
-        path=none,
+        bead=none,
         position=position,
         normal=normal,
         tangent=tangent,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cell.case.read import parse_case
 from cell.programs.controller import Controller, controller_of
-from cell.programs.orientation import frame_of
+from cell.programs.orientation import frames_of_poses
 from cell.programs.program import BaseFrame, Event, EventKind, MoveKind, Moves, Program, ToolFrame
 
 FRAMES = "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}\n$BASE=$NULLFRAME\n"
@@ -53,9 +53,9 @@ def programs(draw: st.DrawFn) -> Program:
     pose[:, 4] = np.where(rng.random(n) < 0.2, rng.choice([-np.pi / 2, np.pi / 2], n), pose[:, 4])
     via = np.concatenate((rng.uniform(-2, 2, (n, 3)), rng.uniform(-np.pi, np.pi, (n, 3))), axis=1)
     circular = (kind == MoveKind.CIRCULAR)[:, None]
-    coupled = [BaseFrame(frame_of(rng.uniform(-1, 1, 6)), coupled=True, machine=2)]
-    bases = (*coupled, BaseFrame(frame_of(rng.uniform(-1, 1, 6)), coupled=False))
-    tools = tuple(ToolFrame(frame_of(rng.uniform(-1, 1, 6))) for _ in range(2))
+    coupled = [BaseFrame(frames_of_poses(rng.uniform(-1, 1, 6)), coupled=True, machine=2)]
+    bases = (*coupled, BaseFrame(frames_of_poses(rng.uniform(-1, 1, 6)), coupled=False))
+    tools = tuple(ToolFrame(frames_of_poses(rng.uniform(-1, 1, 6))) for _ in range(2))
     blended = rng.random(n) < draw(st.sampled_from([0.0, 0.5, 1.0]))
     by_speed = rng.random(n) < 0.2
     events = _events(rng, n)

@@ -10,16 +10,16 @@ import pytest
 
 from cell.case.read import load_case
 from cell.collision.blended_corners import cut_corners
+from cell.collision.blended_paths import BlendedPath
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
-from cell.collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_on_the_way, unproven_steps
+from cell.collision.proofs.between_samples import NEAREST, NEAREST_SHARE, least_between_samples, unproven_steps
 from cell.collision.proofs.motion_bounds import MotionBounds, joint_travel_bound
 from cell.collision.proofs.reach_radii import radii, table_radii
-from cell.collision.rounded_paths import BlendedPath
-from cell.failure import Failure, Kind, Place, Where
+from cell.failure import Failure, FailurePlace, Kind, Where
 from cell.job.job import prepare
 from cell.planning import assemble as motion
-from cell.planning.travels.travel import TravelWay
+from cell.planning.travels.travel import TravelPath
 from cell.timing.blending import blended
 
 GEOM = mujoco.mjtGeom
@@ -229,7 +229,7 @@ def test_the_least_clearance_is_that_of_the_way():
         checker = Posts(q[:5] + rng.normal(size=(5, 2)) * 0.2, 0.0)
         apart = np.repeat([0, 1], 4)
         found = checker.clearances(q, stage_of(q))
-        at, nearest = least_on_the_way(checker, np.ones(2), q, stage_of(q), found, apart)
+        at, nearest = least_between_samples(checker, np.ones(2), q, stage_of(q), found, apart)
         each = [checker.distance(on_the_way(q, k)).min() for k in (0, 1, 2, 4, 5, 6)]
         slack = max(NEAREST, NEAREST_SHARE * min(each) / (1 - NEAREST_SHARE))
         assert min(each) - 2e-3 <= nearest.distance[0] <= min(each) + slack
@@ -237,7 +237,7 @@ def test_the_least_clearance_is_that_of_the_way():
         known = float(found.distance.min())
         halves = [slice(0, 4), slice(4, 8)]
         alone = [
-            least_on_the_way(checker, np.ones(2), q[h], stage_of(q[h]), found.rows(np.arange(8)[h]), known=known)
+            least_between_samples(checker, np.ones(2), q[h], stage_of(q[h]), found.rows(np.arange(8)[h]), known=known)
             for h in halves
         ]
         assert min(each) - 2e-3 <= min(one[1].distance[0] for one in alone) <= min(each) + slack
@@ -328,7 +328,7 @@ def test_corners_of_travels_that_stop_for_a_dwell_are_looked_at_again(monkeypatc
     job.scene.chain.forward = lambda q: np.tile(np.eye(4), (len(q), 1, 1))
     setup.laid = np.arange(12)
     q = np.linspace(0, 1, 5)[:, None] * np.ones(6)
-    ways = (TravelWay(q, Clearances.none(5), np.ones(5), np.ones(5)),) * 2
+    ways = (TravelPath(q, Clearances.none(5), np.ones(5), np.ones(5)),) * 2
     # all beads in one run, and in two of which the second begins with the travel to its first
     runs = (
         [motion.RunBeads(tuple(beads), ways)],
@@ -343,5 +343,5 @@ def test_corners_of_travels_that_stop_for_a_dwell_are_looked_at_again(monkeypatc
         for run in some:
             failures.update(motion.corners(job, setup, run))
         assert list(failures) == [8]
-        assert failures[8].place == Place(Where.TRAVEL, from_target=7, to_target=8)
+        assert failures[8].place == FailurePlace(Where.TRAVEL, from_target=7, to_target=8)
         assert asked == [[1]]

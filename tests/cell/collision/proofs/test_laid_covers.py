@@ -11,7 +11,7 @@ from cell.collision.proofs.convex_shapes import ConvexShape
 from cell.collision.proofs.covered_pairs import covered_pairs
 from cell.collision.proofs.laid_covers import Cover, LaidCovers
 from cell.collision.proofs.plane_proofs import PlaneProofs
-from cell.collision.proofs.proof_cells import cells_of
+from cell.collision.proofs.step_clusters import gather_steps
 from cell.planning.part_plan import plan_part
 
 REACH = 0.1
@@ -22,7 +22,7 @@ UP = np.array([0.0, 0.0, 1.0])
 def over(tmp_path_factory):
     """A boss, and configurations with the torch on its beads."""
     job, context = setup_of(boss_case(tmp_path_factory.mktemp("covers"), slicing={"h_layer_mm": 1.4}))
-    plan = plan_part(context, job.targets.path)
+    plan = plan_part(context, job.targets.bead)
     return context.checker, np.concatenate([bead.stretches[0].q_targets for bead in plan.beads])
 
 
@@ -134,10 +134,10 @@ def test_pairs_are_as_far_from_what_is_laid_as_they_are_said_to_be_at_least(over
     step = np.arange(len(q) - 1)
     laid = np.full(len(step), scene.n_deposits)
     poses = links.poses(q)
-    cells, _ = cells_of(links.places(poses), step, laid, 0.0)
-    need = np.full(len(cells.at), REACH)
-    near = checker.nearest_pairs(q[cells.at], cells.laid)
-    found = covered_pairs(links, poses, cells, near, need)
+    clusters, _ = gather_steps(links.places(poses), step, laid, 0.0)
+    need = np.full(len(clusters.at), REACH)
+    near = checker.nearest_pairs(q[clusters.at], clusters.laid)
+    found = covered_pairs(links, poses, clusters, near, need)
     said = {(int(c), int(a)): d for c, (a, _), d in zip(found.row, found.geom, found.distance, strict=True)}
     pieces = [coal_hull(links.shape(g).points) for g in np.flatnonzero(scene.deposit_of_geom >= 0).tolist()]
     here, close = coal.Transform3s(np.eye(3), np.zeros(3)), 0
@@ -146,7 +146,7 @@ def test_pairs_are_as_far_from_what_is_laid_as_they_are_said_to_be_at_least(over
         if shape.disc:
             continue
         own, joint = coal_hull(shape.points) if len(shape.points) > 3 else None, links.owner[g]
-        for c, at in enumerate(cells.at.tolist()):
+        for c, at in enumerate(clusters.at.tolist()):
             if own is None:
                 continue
             there = coal.Transform3s(poses.R[at, joint], poses.p[at, joint])

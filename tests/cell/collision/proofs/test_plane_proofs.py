@@ -13,9 +13,9 @@ from cell.collision.proofs.carried_planes import PairsBelow, StepBends, pairs_be
 from cell.collision.proofs.convex_shapes import convex_shape
 from cell.collision.proofs.motion_clearance import MotionSamples, clearance_along
 from cell.collision.proofs.plane_proofs import PlaneProofs, proofs_of
-from cell.collision.proofs.proof_cells import ProofCells, cells_of
 from cell.collision.proofs.reach_radii import radii
-from cell.collision.table import with_table_axes
+from cell.collision.proofs.step_clusters import StepClusters, gather_steps
+from cell.collision.table_clearances import with_table_axes
 from cell.scene.compose import compose
 
 REACH, STEPS = 0.3, 20
@@ -151,16 +151,16 @@ def test_over_planes_that_are_carried_along_nothing_is_nearer_than_said(scenes):
             turn = np.abs(q[step + 1] - q[step])
             poses, halfway = links.poses(q), links.poses((q[step] + q[step + 1]) / 2)
             laid = np.full(len(step), scene.n_deposits)
-            cells, of = cells_of(links.places(poses), step, laid, 0.1)
-            near = proofs._groups[0][0].pairs_within(q[cells.at], cells.laid, 0.2)
+            clusters, of = gather_steps(links.places(poses), step, laid, 0.1)
+            near = proofs._groups[0][0].pairs_within(q[clusters.at], clusters.laid, 0.2)
             below = pairs_below(links, near, np.flatnonzero(near.distance > 0))
             mine = np.flatnonzero(~proofs._endless(below.other))
-            pairs = PairsBelow(*(getattr(below, name)[mine] for name in ("cell", "geom", "other", "normal")))
+            pairs = PairsBelow(*(getattr(below, name)[mine] for name in ("cluster", "geom", "other", "normal")))
             bends = StepBends(poses, halfway, step, turn)
-            which, at, over = proofs._carried.over(poses, bends, pairs, cells)
+            which, at, over = proofs._carried.over(poses, bends, pairs, clusters)
             known = dict(zip(zip(which.tolist(), at.tolist(), strict=True), over.tolist(), strict=True))
-            for k in rng.permutation(len(pairs.cell))[:60].tolist():
-                some = np.flatnonzero(cells.cell[of] == pairs.cell[k])
+            for k in rng.permutation(len(pairs.cluster))[:60].tolist():
+                some = np.flatnonzero(clusters.cluster[of] == pairs.cluster[k])
                 i = int(rng.choice(some))
                 told = min(known[k, int(of[i])], known[k, int(of[i]) + 1])
                 true = np.inf
@@ -173,7 +173,7 @@ def test_over_planes_that_are_carried_along_nothing_is_nearer_than_said(scenes):
                 rest.append(true - told)
                 # seen from its link no point of the other is further off its chord than is taken off
                 j, first = int(links.owner[pairs.geom[k]]), (which == k) & (at == of[i])
-                off = proofs._carried._bent(bends, pairs, which[first], cells.sample[at[first]])
+                off = proofs._carried._bent(bends, pairs, which[first], clusters.sample[at[first]])
                 way = q[step[i]] + np.linspace(0, 1, 9)[:, None] * (q[step[i] + 1] - q[step[i]])
                 dense_poses, points = links.poses(way), links.shape(int(pairs.other[k])).points
                 seen = np.einsum("tji,tvj->tvi", dense_poses.R[:, j], points - dense_poses.p[:, j, None])
@@ -274,15 +274,15 @@ def test_every_pair_lies_on_either_side_of_a_plane(scenes):
         q, _ = motions(checker, rng, 0.05)
         links, every = proofs._links, np.arange(len(q))
         poses = links.poses(q)
-        cells = ProofCells(every, np.full(len(q), scene.n_deposits), every, every)
-        near = checker.pairs_within(q, cells.laid, REACH)
+        clusters = StepClusters(every, np.full(len(q), scene.n_deposits), every, every)
+        near = checker.pairs_within(q, clusters.laid, REACH)
         pairs = pairs_below(proofs._links, near, np.arange(len(near.row)))
-        planes = proofs._shared.between(poses, cells, pairs, near.distance)
+        planes = proofs._shared.between(poses, clusters, pairs, near.distance)
         for row, pair in zip(near.row.tolist(), near.geom.tolist(), strict=True):
             b, a = sorted(pair, key=lambda g: links.owner[g])
-            mine = (planes.cell == row) & (planes.geom == a) & (planes.frame == links.owner[b])
+            mine = (planes.cluster == row) & (planes.geom == a) & (planes.frame == links.owner[b])
             assert (links.shape(b).support(planes.normal[mine].T) <= planes.offset[mine] + 1e-9).any()
-        shared += len(near.row) - len(planes.cell)
+        shared += len(near.row) - len(planes.cluster)
     assert shared > 50
 
 
@@ -295,24 +295,24 @@ def test_steps_of_a_cell_lie_close_together_and_have_the_same_laid():
         # back and forth, as a zigzag: neighbours in place are none in time
         along = np.abs((np.arange(91) * 0.1) % 2.0 - 1.0)
         places = np.stack([along, 0.02 * np.arange(91)], axis=1) + 0.01 * rng.random((91, 2))
-        cells, of = cells_of(places, step, laid, spacing)
-        assert (cells.sample[of] == step).all()
-        assert (cells.sample[of + 1] == step + 1).all()
-        assert (cells.cell[of] == cells.cell[of + 1]).all()
-        assert (laid == cells.laid[cells.cell[of]]).all()
-        assert (np.diff(cells.cell) >= 0).all()
+        clusters, of = gather_steps(places, step, laid, spacing)
+        assert (clusters.sample[of] == step).all()
+        assert (clusters.sample[of + 1] == step + 1).all()
+        assert (clusters.cluster[of] == clusters.cluster[of + 1]).all()
+        assert (laid == clusters.laid[clusters.cluster[of]]).all()
+        assert (np.diff(clusters.cluster) >= 0).all()
         middle = (places[step] + places[step + 1]) / 2
-        for c in range(len(cells.at)):
-            mine = cells.cell[of] == c
-            samples = cells.sample[cells.cell == c]
+        for c in range(len(clusters.at)):
+            mine = clusters.cluster[of] == c
+            samples = clusters.sample[clusters.cluster == c]
             assert sorted(samples.tolist()) == sorted({*step[mine].tolist(), *(step[mine] + 1).tolist()})
-            assert cells.at[c] in samples
+            assert clusters.at[c] in samples
             assert np.ptp(middle[mine], axis=0).max() <= spacing * (1 + 1e-6) or mine.sum() == 1
             shared += int((np.diff(step[mine]) > 1).sum())
-        which, at = cells.samples_of(np.array([1, 0]))
-        assert (cells.cell[at] == np.array([1, 0])[which]).all()
-        assert len(at) == np.isin(cells.cell, [0, 1]).sum()
-        assert (len(cells.at) == len(step)) == (spacing == 0.0)
+        which, at = clusters.samples_of(np.array([1, 0]))
+        assert (clusters.cluster[at] == np.array([1, 0])[which]).all()
+        assert len(at) == np.isin(clusters.cluster, [0, 1]).sum()
+        assert (len(clusters.at) == len(step)) == (spacing == 0.0)
     assert shared > 10
 
 

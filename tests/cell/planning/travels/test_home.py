@@ -186,8 +186,8 @@ def test_a_bead_begins_or_ends_elsewhere_where_home_is_else_not_reached(
 
 def only_bead(job: Job) -> Job:
     """The job with its first bead alone."""
-    t, n = job.targets, int((job.targets.path == 0).sum())
-    names = ("sub_volume_index", "layer", "path", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
+    t, n = job.targets, int((job.targets.bead == 0).sum())
+    names = ("sub_volume_index", "layer", "bead", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
     some = {name: getattr(t, name)[:n] for name in names}
     return replace(job, targets=replace(t, closed=t.closed[:1], **some), beads=())
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cell.planning.travels.rrt_connect import Space, Trees, connect, rounded, sampled, shortened
+from cell.planning.travels.rrt_connect import Space, TreeRoots, connect, sampled, with_round_corners, with_shortcuts
 
 SPACE = Space(np.full(3, -1.0), np.full(3, 1.0), np.array([1.0, 1.0, 0.5]), np.ones(3))
 
@@ -25,7 +25,7 @@ def slab(gap):
 
 
 def ends():
-    return Trees(np.array([[-0.9, -0.5, 0.0]]), np.array([[0.9, -0.5, 0.0]]), np.zeros((0, 3)))
+    return TreeRoots(np.array([[-0.9, -0.5, 0.0]]), np.array([[0.9, -0.5, 0.0]]), np.zeros((0, 3)))
 
 
 def test_a_hole_in_a_wall_is_found_and_every_edge_is_free():
@@ -52,18 +52,18 @@ def test_the_same_seed_gives_the_same_way():
 def test_shortcuts_keep_ends_and_freedom_and_only_shorten(seed):
     free = slab(0.3)
     way = connect(SPACE, ends(), free, 6000, seed).way
-    short = shortened(SPACE, way, free, 60, seed)
+    short = with_shortcuts(SPACE, way, free, 60, seed)
     assert np.array_equal(short[[0, -1]], way[[0, -1]])
     assert (free(short[:-1], short[1:]) == 1).all()
     assert SPACE.time(short[:-1], short[1:]).sum() <= SPACE.time(way[:-1], way[1:]).sum() + 1e-12
-    bent = rounded(short, free)
+    bent = with_round_corners(short, free)
     assert np.array_equal(bent[[0, -1]], way[[0, -1]])
     assert (free(bent[:-1], bent[1:]) == 1).all()
 
 
 def test_a_way_from_any_start_to_any_goal():
     # the first start and the first goal lie in closed rooms
-    trees = Trees(
+    trees = TreeRoots(
         np.array([[0.0, -0.9, 0.0], [-0.9, 0.0, 0.0]]), np.array([[0.0, 0.9, 0.0], [-0.5, 0.0, 0.0]]), np.zeros((0, 3))
     )
     found = connect(SPACE, trees, slab(0.0), 600, 3)

@@ -12,16 +12,16 @@ from support.jobs.boss_motion import boss_case
 from support.jobs.searches import setup_of
 
 from cell.collision.clearances import Clearances
-from cell.planning.edge_check import Stretch
+from cell.planning.edges.edge_check import Stretch
 from cell.planning.part_plan import plan_part
 from cell.planning.travels.straight_travels import BeadGap, _kept, straight_travels
-from cell.planning.travels.travel import TravelWay, travel
+from cell.planning.travels.travel import TravelPath, travel
 
 
 @pytest.fixture(scope="module")
 def boss(tmp_path_factory):
     job, context = setup_of(boss_case(tmp_path_factory.mktemp("straight"), roll="free"))
-    plan = plan_part(context, job.targets.path)
+    plan = plan_part(context, job.targets.bead)
     return context, [bead.stretches[0] for bead in plan.beads]
 
 
@@ -164,7 +164,7 @@ def test_between_two_samples_no_more_is_kept_than_the_travel_between_them_leaves
     radius, checker = np.array([1.0, 0.5]), SimpleNamespace(reach=0.15)
     q = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.2]])
     seen = replace(Clearances.none(3), distance=np.array([0.08, 0.06, 0.4]))
-    way = TravelWay.of(checker, radius, q, seen)
+    way = TravelPath.of(checker, radius, q, seen)
     assert way.low == pytest.approx([0.08, 0.06, 0.15])  # no more than was looked out to
     # half of what both ends have, less half of the 0.1 m that things come nearer on each step
     assert way.kept[:-1] == pytest.approx([0.02, 0.055])

@@ -13,7 +13,7 @@ from support.programs.programs import FRAMES, LIN, controller, module
 
 from cell.programs.controller import ReadLimits
 from cell.programs.krl_read import read_krl
-from cell.programs.orientation import frame_of, pose_of
+from cell.programs.orientation import frames_of_poses, pose_of
 from cell.programs.program import EventKind, MoveKind, Program
 
 DATA = ROOT / "tests" / "data" / "programs"
@@ -43,7 +43,7 @@ def test_robots_style() -> None:
     (tool,), (base,) = program.tools, program.bases
     np.testing.assert_allclose(tool.T_flange_tcp[:3, 3], [0.0635, 0, 0.41225])
     assert (base.coupled, base.machine) == (True, 2)
-    np.testing.assert_allclose(base.T, frame_of(np.array([0, 0, 0.1, math.radians(30), 0, 0])), atol=1e-12)
+    np.testing.assert_allclose(base.T, frames_of_poses(np.array([0, 0, 0.1, math.radians(30), 0, 0])), atol=1e-12)
     assert str(program.line_of(5)) == "WALL_T_ROB1_001.src:5"
 
 

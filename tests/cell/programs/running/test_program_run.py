@@ -20,7 +20,7 @@ from cell.programs.program import Event, EventKind, MoveKind
 from cell.programs.program_check import check_program
 from cell.programs.running.configuration_tracking import ConfigurationTracker
 from cell.programs.running.interpolation import Circles, on_lines
-from cell.programs.running.program_path import OFF, TURNED, path_of
+from cell.programs.running.program_path import OFF, TURNED, interpolate_program
 from cell.programs.running.simulate import run_program
 from cell.rigid import inverse
 
@@ -72,7 +72,7 @@ def test_the_tcp_runs_on_the_line_in_the_base_while_the_table_turns() -> None:
     start = np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[0]
     external = program.moves.external + np.where(np.arange(len(turn))[:, None] > start, turn, turn[start])
     moved = replace(program, moves=replace(program.moves, external=external))
-    path = path_of(moved, boss.job)
+    path = interpolate_program(moved, boss.job)
     k = int(np.flatnonzero((moved.moves.kind[1:] == 1) & (moved.moves.kind[:-1] == 1))[2]) + 1
     rows = np.flatnonzero(path.move == k)
     start_pose, end_pose = moved.moves.pose[k - 1], moved.moves.pose[k]
@@ -172,13 +172,13 @@ def test_the_configuration_of_the_ptp_before_a_line_is_kept() -> None:
     boss = boss_program()
     program = boss.made.written.program
     first = int(np.flatnonzero(program.moves.kind == MoveKind.LINEAR)[0])
-    path = path_of(program, boss.job)
+    path = interpolate_program(program, boss.job)
     q = path.axes[np.flatnonzero(path.move == first - 1)[-1], :6]
     half = np.where(q < 0, np.pi, -np.pi)
     other = np.append(q[:3], [q[3] + half[3], -q[4], q[5] + half[5]])
     joints = program.moves.joints.copy()
     joints[first - 1] = other
-    turned = path_of(replace(program, moves=replace(program.moves, joints=joints)), boss.job)
+    turned = interpolate_program(replace(program, moves=replace(program.moves, joints=joints)), boss.job)
     rows = np.flatnonzero(turned.move == first)
     assert np.sign(turned.axes[rows, 4]).tolist() == [np.sign(-q[4])] * len(rows)
     T = boss.job.scene.chain.forward(turned.axes[rows[-1:], :6])

@@ -9,18 +9,18 @@ from support.cells.random_cells import random_scenes
 from support.jobs.cases import little_case
 
 from cell.case.read import load_case
+from cell.collision.blend_proofs import KnownRows, PathCorners
+from cell.collision.blend_sheets import SHARES, StepSheets, _JoinedPaths, _JoinedRectangles, sheets_kept
 from cell.collision.blended_corners import cut_corners, cut_corners_of
+from cell.collision.blended_paths import BlendedPath
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
 from cell.collision.proofs.motion_clearance import MotionSamples, clearance_along
 from cell.collision.proofs.plane_proofs import PlaneProofs
 from cell.collision.proofs.reach_radii import radii
 from cell.collision.proofs.sheet_pieces import SheetPieces
-from cell.collision.rounded_paths import BlendedPath
-from cell.collision.rounding_proofs import Corners, KnownRows
-from cell.collision.rounding_sheets import SHARES, RoundedSteps, _Curves, _Rectangles, sheets_kept
 from cell.job.job import prepare
-from cell.scene.placement import place
+from cell.scene.placement import place_targets
 from cell.timing.blending import blended, kept_zone
 from ik.roll import apply_roll
 
@@ -48,7 +48,7 @@ def rectangle(curves, rng):
     wide = rng.uniform(0.2, 1.0) * curves.zone[i]
     narrow = rng.uniform(0.2, 0.95) * wide
     ends = (np.array([x]) for x in (u + curves.shift[i], v + curves.shift[i], narrow, wide))
-    return _Rectangles(*ends, np.array([i]), np.array([0]))
+    return _JoinedRectangles(*ends, np.array([i]), np.array([0]))
 
 
 def sheet(curves, one, n=9):
@@ -68,7 +68,7 @@ def mean(x):
 @pytest.fixture
 def curves(request):
     rng = np.random.default_rng(request.param)
-    return _Curves([wandering(rng, 3, 0.05) for _ in range(4)], np.array([1.5, 0.8, 0.3])), rng
+    return _JoinedPaths([wandering(rng, 3, 0.05) for _ in range(4)], np.array([1.5, 0.8, 0.3])), rng
 
 
 @pytest.mark.parametrize("curves", range(8), indirect=True)
@@ -131,7 +131,7 @@ def test_no_point_of_the_arm_is_further_off_the_mean_of_the_corners_than_is_said
         proofs, radius = PlaneProofs(Checker(scene, (0.0, 0.0), REACH)), radii(scene)
         for size in (0.003, 0.03, 0.1):
             for _ in range(25):
-                curves = _Curves([wandering(rng, scene.chain.n, size)], radius)
+                curves = _JoinedPaths([wandering(rng, scene.chain.n, size)], radius)
                 one = rectangle(curves, rng)
                 bend, turn = curves.bends(one)
                 pieces = SheetPieces(np.zeros((1, 4), dtype=np.int64), one.laid, bend.sum(axis=0), turn)
@@ -159,7 +159,7 @@ def round_a_corner(job, rng):
     Returns:
         The path, and what is known of its rows; to be kept is what they keep, less a millimetre or two.
     """
-    T = place(job.targets, job.scene.T_base_part(*UP)).Ts_base_target
+    T = place_targets(job.targets, job.scene.T_base_part(*UP)).Ts_base_target
     middle, up = T[:, :3, 3].mean(axis=0), -T[0, :3, 2]
     across = np.linalg.svd(up[None])[2][1:]
     heading, half = rng.uniform(0, 2 * np.pi), rng.uniform(0.3, 0.8)
@@ -201,7 +201,7 @@ def test_where_sheets_are_proved_every_rounding_keeps_the_clearance(boss):
         path = round_a_corner(boss, rng)
         known = known_rows(checker, path, laid)
         steps = np.flatnonzero(known.which)
-        ok = sheets_kept(PlaneProofs(checker), radii(boss.scene), [RoundedSteps(path, known, steps)])[0]
+        ok = sheets_kept(PlaneProofs(checker), radii(boss.scene), [StepSheets(path, known, steps)])[0]
         true = np.array([truth(checker, path, k, laid, 10) for k in steps.tolist()])
         assert (true[ok] >= known.least - 1e-7).all()
         proved, near = proved + int(ok.sum()), near + int((true < known.least).sum())
@@ -225,7 +225,7 @@ def test_what_stands_among_the_roundings_of_a_turn_is_not_proved_away(scenes):
             every = np.ones(m - 1, dtype=bool)
             known = KnownRows(np.zeros(m, dtype=np.int64), Clearances.none(m), 0.005, every, kept)
             steps = np.arange(10, m - 11, 3)
-            ok = sheets_kept(PlaneProofs(checker), radius, [RoundedSteps(path, known, steps)])[0]
+            ok = sheets_kept(PlaneProofs(checker), radius, [StepSheets(path, known, steps)])[0]
             for k, proved in zip(steps.tolist(), ok.tolist(), strict=True):
                 if truth(checker, path, k, 0, 8) < 0.004:
                     through += 1
@@ -260,9 +260,9 @@ def test_more_is_laid_on_some_steps_than_on_others(boss):
     near = [k for k in steps.tolist() if truth(checker, path, k, laid, 10) < known.least]
     deposits_laid[: near[len(near) // 2]] = 0
     some = replace(known, deposits_laid=deposits_laid)
-    ok = sheets_kept(PlaneProofs(checker), radius, [RoundedSteps(path, some, steps)])[0]
+    ok = sheets_kept(PlaneProofs(checker), radius, [StepSheets(path, some, steps)])[0]
     before = sheets_kept(
-        PlaneProofs(checker), radius, [RoundedSteps(path, replace(known, deposits_laid=0 * deposits_laid), steps)]
+        PlaneProofs(checker), radius, [StepSheets(path, replace(known, deposits_laid=0 * deposits_laid), steps)]
     )[0]
     later = np.isin(steps, near) & (np.maximum(deposits_laid[steps], deposits_laid[steps + 1]) == laid)
     assert later.any()
@@ -276,12 +276,12 @@ def test_of_rows_that_keep_no_more_than_they_have_to_the_small_roundings_are_not
     checker, radius = Checker(boss.scene, tuple(UP), 0.05), radii(boss.scene)
     path = round_a_corner(boss, rng)
     m, zone = len(path.s), kept_zone(path.zone, path.s[-1])
-    off = Corners.of(BlendedPath(path.q, path.s, SHARES[-1] * zone)).off(radius, path.s)
+    off = PathCorners.of(BlendedPath(path.q, path.s, SHARES[-1] * zone)).off(radius, path.s)
     off = np.maximum(off[:-1], off[1:])
     steps, every = np.arange(m - 1), np.ones(m - 1, dtype=bool)
     for room in (1e-8, 0.5 * float(off.max())):
         known = KnownRows(np.zeros(m, dtype=np.int64), Clearances.none(m), 1e-3, every, np.full(m - 1, 1e-3 + room))
-        ok = sheets_kept(PlaneProofs(checker), radius, [RoundedSteps(path, known, steps)])[0]
+        ok = sheets_kept(PlaneProofs(checker), radius, [StepSheets(path, known, steps)])[0]
         assert (off > room).any()
         assert not ok[off > room].any()
 
@@ -305,7 +305,7 @@ def test_few_looks_prove_what_turns_far_on_the_spot(scenes):
         known = KnownRows(deposits_laid, Clearances.none(81), 0.005, kept >= 0.005, kept)
         steps = np.flatnonzero(known.which)
         before = checker.asked.count
-        ok = sheets_kept(PlaneProofs(checker), radii(scene), [RoundedSteps(path, known, steps)])[0]
+        ok = sheets_kept(PlaneProofs(checker), radii(scene), [StepSheets(path, known, steps)])[0]
         looks, asked, proved = looks + checker.asked.count - before, asked + len(steps), proved + int(ok.sum())
     assert proved > 0.9 * asked > 50
     assert looks < 0.5 * asked
@@ -317,13 +317,13 @@ def test_pieces_of_one_cell_lie_close_together():
     none = np.zeros((50, 2))
     pieces = SheetPieces(corner, laid, none, np.stack([none, none]))
     for spacing in (0.0, 0.3, 10.0):
-        cells, of = pieces.cells(places_, spacing)
-        assert (cells.sample[of] == corner).all()
-        assert (cells.cell[of] == cells.cell[of][:, :1]).all()
-        assert (cells.laid[cells.cell[of[:, 0]]] == laid).all()
-        assert (np.diff(cells.cell) >= 0).all()
+        clusters, of = pieces.clusters(places_, spacing)
+        assert (clusters.sample[of] == corner).all()
+        assert (clusters.cluster[of] == clusters.cluster[of][:, :1]).all()
+        assert (clusters.laid[clusters.cluster[of[:, 0]]] == laid).all()
+        assert (np.diff(clusters.cluster) >= 0).all()
         middle = places_[corner].mean(axis=1)
-        for c in range(len(cells.at)):
-            mine = cells.cell[of[:, 0]] == c
+        for c in range(len(clusters.at)):
+            mine = clusters.cluster[of[:, 0]] == c
             assert np.ptp(middle[mine], axis=0).max() <= spacing * (1 + 1e-6) or mine.sum() == 1
-            assert cells.at[c] in corner[mine]
+            assert clusters.at[c] in corner[mine]

@@ -1,6 +1,6 @@
 """All roundings of many corners proved free together, by planes: what turns far on the spot but comes near nothing.
 
-    sheets_kept(proofs, radius, [RoundedSteps(path, known, steps)])     # for each path: which of the steps are proved
+    sheets_kept(proofs, radius, [StepSheets(path, known, steps)])     # for each path: which of the steps are proved
 
 What a step may become when it is rounded, over any zone up to the path's, is a sheet of configurations, over the path's
 length u and the zone z: q(u, z) = (A(u + z) - A(u - z)) / 2z, A the integral of the rows. A rectangle of the sheet is
@@ -25,19 +25,19 @@ from ik.chain import Floats
 
 from ..arrays import Ints, distinct
 from ..timing.blending import kept_zone, mirrored
+from .blend_proofs import KnownRows, PathCorners
+from .blended_paths import BlendedPath, SheetRectangles
 from .proofs.motion_bounds import curvature
 from .proofs.plane_proofs import PlaneProofs
 from .proofs.sheet_pieces import SheetPieces
-from .rounded_paths import BlendedPath, Rectangles
-from .rounding_proofs import Corners, KnownRows
 
-# m: most that a rectangle is off the mean of its corners; and travel between what is looked at, one after the other
+# m: most that a rectangle is off the mean of its corners; and travel between what is checked, one after the other
 ROUNDS = ((4e-3, (0.03, 0.01)), (1e-3, (0.01, 0.004)), (2.5e-4, (0.004, 0.001)))
 DIVIDED, MOST = 20, 30_000  # times that a rectangle is halved at most, and how many there may be of them
 SHARES = tuple(0.5**n for n in range(1, 12))  # of a zone: the greatest of these up to which the rows are enough
 
 
-class _Curves:
+class _JoinedPaths:
     """The rows of several paths one after the other, and what roundings of them are made of."""
 
     def __init__(self, paths: Sequence[BlendedPath], radius: Floats) -> None:
@@ -75,7 +75,7 @@ class _Curves:
         out: Floats = (self.at(u + zone)[0] - self.at(u - zone)[0]) / (2 * zone)[:, None]
         return out
 
-    def bends(self, some: _Rectangles) -> tuple[Floats, Floats]:
+    def bends(self, some: _JoinedRectangles) -> tuple[Floats, Floats]:
         """What rectangles are off the mean of their corners by.
 
         Returns:
@@ -117,7 +117,7 @@ def _summed(x: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rectangles(Rectangles):
+class _JoinedRectangles(SheetRectangles):
     """Rectangles of the sheets of several paths, whose lengths are laid end to end.
 
     Attributes:
@@ -130,7 +130,7 @@ class _Rectangles(Rectangles):
 
 
 @dataclass(frozen=True, eq=False)
-class RoundedSteps:
+class StepSheets:
     """Steps of a path that is rounded.
 
     Attributes:
@@ -144,18 +144,18 @@ class RoundedSteps:
     steps: Ints
 
 
-def sheets_kept(proofs: PlaneProofs, radius: Floats, asked: Sequence[RoundedSteps]) -> list[NDArray[np.bool_]]:
+def sheets_kept(proofs: PlaneProofs, radius: Floats, asked: Sequence[StepSheets]) -> list[NDArray[np.bool_]]:
     """On which steps the clearance is proved to be kept, however much the corners are rounded.
 
     Args:
-        proofs: of the checker that the steps are held against.
+        proofs: of the checker that the steps are checked against.
         radius: from ``cell.collision.proofs.reach_radii.radii``, (j,), m.
         asked: steps of paths, which all have one clearance to keep.
 
     Returns:
         For each path whether that is proved of each of its steps in question, (k,).
     """
-    curves = _Curves([one.path for one in asked], radius)
+    curves = _JoinedPaths([one.path for one in asked], radius)
     lost, by_rows = _whole(curves, asked)
     least = asked[0].known.least
     for most, spacings in ROUNDS:
@@ -176,7 +176,7 @@ def sheets_kept(proofs: PlaneProofs, radius: Floats, asked: Sequence[RoundedStep
     return out
 
 
-def _whole(curves: _Curves, asked: Sequence[RoundedSteps]) -> tuple[_Rectangles, list[NDArray[np.bool_]]]:
+def _whole(curves: _JoinedPaths, asked: Sequence[StepSheets]) -> tuple[_JoinedRectangles, list[NDArray[np.bool_]]]:
     """The sheets of all steps, each run of steps one rectangle, from zones on up to which the rows are enough.
 
     Returns:
@@ -186,7 +186,7 @@ def _whole(curves: _Curves, asked: Sequence[RoundedSteps]) -> tuple[_Rectangles,
     for i, one in enumerate(asked):
         k, zone = one.steps, curves.zone[i]
         alone = one.path.s - one.path.s[0]
-        s, corners = alone + curves.shift[i], Corners.of(BlendedPath(one.path.q, alone, float(zone)))
+        s, corners = alone + curves.shift[i], PathCorners.of(BlendedPath(one.path.q, alone, float(zone)))
         room, share = one.known.kept[k] - one.known.least, np.zeros(len(k))
         for some in SHARES:
             left = np.flatnonzero(share == 0)
@@ -202,12 +202,12 @@ def _whole(curves: _Curves, asked: Sequence[RoundedSteps]) -> tuple[_Rectangles,
             if len(run) and share[run[0]] > 0:
                 found.append((i, laid[run[0]], s[k[run[0]]], s[k[run[-1]] + 1], share[run[0]] * zone, zone))
     path, laid_there, u, v, narrow, wide = np.array(found).reshape(-1, 6).T
-    return _Rectangles(u, v, narrow, wide, path.astype(np.int64), laid_there.astype(np.int64)), there
+    return _JoinedRectangles(u, v, narrow, wide, path.astype(np.int64), laid_there.astype(np.int64)), there
 
 
-def _divided(curves: _Curves, some: _Rectangles, most: float) -> tuple[_Rectangles, Floats, Floats]:
+def _divided(curves: _JoinedPaths, some: _JoinedRectangles, most: float) -> tuple[_JoinedRectangles, Floats, Floats]:
     """Rectangles divided until they are little off their corners; and what they are off, (k, j) and (2, k, j)."""
-    done: list[tuple[_Rectangles, Floats, Floats]] = []
+    done: list[tuple[_JoinedRectangles, Floats, Floats]] = []
     radius = curves.radius
     for n in range(DIVIDED + 1):
         if not len(some.path):
@@ -218,10 +218,10 @@ def _divided(curves: _Curves, some: _Rectangles, most: float) -> tuple[_Rectangl
         done.append((some.rows(enough), bend.sum(axis=0)[enough], turn[:, enough]))
         some = some.rows(~enough).halves((by_side[0] > by_side[1])[~enough])
     rectangles, bends, turns = zip(*done, strict=True)
-    return _Rectangles.joined(rectangles), np.concatenate(bends), np.concatenate(turns, axis=1)
+    return _JoinedRectangles.joined(rectangles), np.concatenate(bends), np.concatenate(turns, axis=1)
 
 
-def _corners(some: _Rectangles) -> tuple[Floats, Ints]:
+def _corners(some: _JoinedRectangles) -> tuple[Floats, Ints]:
     """Lengths and zones of all corners, (2, m), and which of them are those of each rectangle, (k, 4)."""
     at = np.concatenate([some.u, some.v, some.u, some.v])
     zone = np.concatenate([some.narrow, some.narrow, some.wide, some.wide])

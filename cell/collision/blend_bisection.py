@@ -1,6 +1,6 @@
-"""Roundings that nothing proves free by the rows alone, looked at until all of them are free or one is not.
+"""Roundings that nothing proves free by the rows alone, checked until all of them are free or one is not.
 
-    hits = looked_at(checker, radius, path, known, steps)         # steps of BlendedPath(q, s, zone)
+    hits = colliding_blends(checker, radius, path, known, steps)         # steps of BlendedPath(q, s, zone)
     hits.step, hits.zone, hits.nearest
 
 What a step may become when it is rounded over any zone up to the path's is a sheet of configurations, over the path's
@@ -22,19 +22,19 @@ from ik.chain import Floats
 
 from ..arrays import Ints
 from ..timing.blending import kept_zone
+from .blend_proofs import KnownRows, PathCorners, every_blend_kept
+from .blended_paths import BlendedPath, PathBlends, SheetRectangles, on_rows
 from .clearances import Clearances, SeesClearances
 from .pair_groups import groups_of
-from .rounded_paths import BlendedPath, Rectangles, Roundings, on_rows
-from .rounding_proofs import Corners, KnownRows, every_rounding_kept
 
-NEARLY_ALL = 2.5e-4  # m: between roundings that are looked at no other is nearer than the clearance less this
-MANY, NEARLY_MANY = 20_000, 0.5  # likewise, once so many have been looked at: this share of the clearance
+NEARLY_ALL = 2.5e-4  # m: between roundings that are checked no other is nearer than the clearance less this
+MANY, NEARLY_MANY = 20_000, 0.5  # likewise, once so many have been checked: this share of the clearance
 LIKELY = 1.1  # times the room that was seen may be there half a rectangle further
 HALVINGS = 2  # of the zone, in search of the widest that is proved
 
 
 @dataclass(frozen=True, eq=False)
-class Hits:
+class CollidingBlends:
     """Roundings that come too near to something, one of a step.
 
     Attributes:
@@ -49,20 +49,22 @@ class Hits:
 
 
 @dataclass(frozen=True, eq=False)
-class _Sheets(Rectangles):
+class _StepSheetRectangles(SheetRectangles):
     """Rectangles of the sheets of steps.
 
     Attributes:
         step: of the path, (k,).
-        room: what was seen beyond the clearance where it was looked at last, (k,), m; infinite where that was nowhere.
+        room: what was seen beyond the clearance where it was checked last, (k,), m; infinite where that was nowhere.
     """
 
     step: Ints
     room: Floats
 
 
-def looked_at(checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Hits:
-    """Look at all roundings of steps.
+def colliding_blends(
+    checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints
+) -> CollidingBlends:
+    """Check all roundings of steps.
 
     Args:
         checker: collision detection.
@@ -82,20 +84,22 @@ def looked_at(checker: SeesClearances, radius: Floats, path: BlendedPath, known:
     step, zone = (np.concatenate(some) for some in zip(*((one.step, one.zone) for one in hits), strict=True))
     order = np.argsort(nearest.distance, kind="stable")
     first, index = np.unique(step[order], return_index=True)
-    return Hits(first, zone[order[index]], nearest.rows(order[index]))
+    return CollidingBlends(first, zone[order[index]], nearest.rows(order[index]))
 
 
-def _looked_at(checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Hits:
+def _looked_at(
+    checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints
+) -> CollidingBlends:
     """The same of some pairs."""
     s, least = path.s, known.least
-    steps = steps[~every_rounding_kept(checker, radius, path, known, _only(steps, path))[steps]]
-    sheet = _Sheet(checker, radius, path)
+    steps = steps[~every_blend_kept(checker, radius, path, known, _only(steps, path))[steps]]
+    sheet = _SheetDistances(checker, radius, path)
     ends, narrow = (s[steps], s[steps + 1]), _proved_zone(checker, radius, path, known, steps)
-    open_ = _Sheets(*ends, narrow, np.full(len(steps), path.zone), steps, np.full(len(steps), np.inf))
+    open_ = _StepSheetRectangles(*ends, narrow, np.full(len(steps), path.zone), steps, np.full(len(steps), np.inf))
     step, zone, what, looks = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], [Clearances.none(0)], 0
     while len(open_.step):
         middle, far, along = sheet.extent(open_)
-        # where there is hardly more room than there was, to look at so large a one is of no use
+        # where there is hardly more room than there was, to check so large a one is of no use
         enough = NEARLY_ALL if looks < MANY else max(NEARLY_ALL, NEARLY_MANY * least)
         near = (far < np.minimum(checker.reach - least, LIKELY * open_.room)) | (far <= enough)
         some = open_.rows(near)
@@ -112,7 +116,7 @@ def _looked_at(checker: SeesClearances, radius: Floats, path: BlendedPath, known
         left[near] = (open_.room[near] < far[near]) & (far[near] > enough)
         left &= ~np.isin(open_.step, first)
         open_ = open_.rows(left).halves(along[left])
-    return Hits(np.concatenate(step), np.concatenate(zone), Clearances.joined(what))
+    return CollidingBlends(np.concatenate(step), np.concatenate(zone), Clearances.joined(what))
 
 
 def _proved_zone(checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Floats:
@@ -124,7 +128,7 @@ def _proved_zone(checker: SeesClearances, radius: Floats, path: BlendedPath, kno
         for one in np.unique(share).tolist():
             mine = share == one
             narrower, which = BlendedPath(path.q, path.s, one * path.zone), _only(steps[mine], path)
-            proved[mine] = every_rounding_kept(checker, radius, narrower, known, which)[steps[mine]]
+            proved[mine] = every_blend_kept(checker, radius, narrower, known, which)[steps[mine]]
         low, high = np.where(proved, share, low), np.where(proved, high, share)
     return low * path.zone
 
@@ -136,16 +140,16 @@ def _only(steps: Ints, path: BlendedPath) -> NDArray[np.bool_]:
     return out
 
 
-class _Sheet:
+class _SheetDistances:
     """How far configurations of a sheet are from one another."""
 
     def __init__(self, checker: SeesClearances, radius: Floats, path: BlendedPath) -> None:
         self._checker, self._radius, self._path = checker, radius, path
-        self._run, self._corners = Roundings(path.q, path.s), Corners.of(path)
+        self._run, self._corners = PathBlends(path.q, path.s), PathCorners.of(path)
         changes = np.cumsum(np.abs(self._corners.bend) @ radius)
         self._changes = np.concatenate([[0.0], changes])
 
-    def extent(self, some: _Sheets) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    def extent(self, some: _StepSheetRectangles) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """Configurations in the middle, how far anything can get from there, and which way there is more of it.
 
         Args:
@@ -164,20 +168,20 @@ class _Sheet:
             middle[~rows], far[~rows], along[~rows] = self._between_zones(some.rows(~rows), m[~rows])
         return middle, far, along
 
-    def _near_rows(self, some: _Sheets, m: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    def _near_rows(self, some: _StepSheetRectangles, m: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         path, radius, checker = self._path, self._radius, self._checker
         middle, begin = on_rows(path.q, path.s, m), on_rows(path.q, path.s, some.u)
         off = np.empty((2, len(m)))
         for zone in np.unique(some.wide).tolist():
             k = np.flatnonzero(some.wide == zone)
-            corners = Corners(self._corners.s, self._corners.bend, zone)
+            corners = PathCorners(self._corners.s, self._corners.bend, zone)
             off[:, k] = corners.off(radius, some.u[k]), corners.off(radius, some.v[k])
         most = off.max(axis=0)
         # a straight way: as far to either end, but for what it bends
         way = checker.travel_bound(radius, middle, begin) + checker.bend_bound(radius, np.abs(begin - middle))
         return middle, way + most, way > most
 
-    def _between_zones(self, some: _Sheets, m: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    def _between_zones(self, some: _StepSheetRectangles, m: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         radius, checker = self._radius, self._checker
         middle = self._run.at(m, (some.narrow + some.wide) / 2)
         ends = [self._run.at(at, zone) - middle for at in (some.u, some.v) for zone in (some.narrow, some.wide)]

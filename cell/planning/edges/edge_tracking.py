@@ -23,13 +23,13 @@ from ik.roll import RollWindow, apply_roll, wrap
 from ik.singularity import KINDS, SingularityLimits, margins
 from ik.solver import Solver
 
-from ..arrays import Ints
-from ..failure import ON_BEAD, Failure, Kind
-from ..motion.motion import JUMP
-from ..rigid import frames
-from ..scene.placement import Placed
-from ..units import MARGIN_UNITS
-from .context import CLOSE, BeadTolerance, Steps
+from ...arrays import Ints
+from ...failure import ON_BEAD, Failure, Kind
+from ...motion.motion import JUMP
+from ...rigid import frames
+from ...scene.placement import PlacedTargets
+from ...units import MARGIN_UNITS
+from ..context import CLOSE, BeadTolerance, Steps
 
 DENSE = np.deg2rad(3.0)  # most that a joint turns between samples of a way that is followed from its beginning
 CLOSEST = 2.0**-24  # share of an edge: what still turns further within it jumps
@@ -46,7 +46,7 @@ class Track:
         edge: edge of each sample, (m,).
         fraction: place on the edge, 0 to 1, (m,).
         q: configurations, (m, j), rad.
-        position: TCP where the bead stands still, (m, 3), m; see ``Placed.bead``.
+        position: TCP where the bead stands still, (m, 3), m; see ``PlacedTargets.bead``.
         table: E1, E2, (m, 2), rad; (m, 0) where the table stands.
         margin: singularity margins, (m, 4).
         broken: what is wrong with edges, by edge: that they jump, or a joint limit, a margin or the reach.
@@ -69,7 +69,7 @@ class EdgePoses:
         position: of the edges' ends, (e, 2, 3), m.
         normal: deposition direction there, (e, 2, 3).
         roll: there, (e, 2), rad; the short way is taken.
-        reference: see :class:`cell.scene.placement.Placed`.
+        reference: see :class:`cell.scene.placement.PlacedTargets`.
         moving: the same where the table moves along them: all of this is in the part's frame then.
         tables: of the edges' ends, (e, 2, 2), rad.
     """
@@ -78,11 +78,11 @@ class EdgePoses:
     normal: Floats
     roll: Floats
     reference: tuple[Floats, Floats]
-    moving: Placed | None = None
+    moving: PlacedTargets | None = None
     tables: Floats | None = None
 
     @classmethod
-    def of(cls, placed: Placed, start: Ints, roll: Floats) -> EdgePoses:
+    def of(cls, placed: PlacedTargets, start: Ints, roll: Floats) -> EdgePoses:
         """The edges from targets ``start`` to the next ones."""
         ends = np.stack([start, start + 1], axis=1)
         bead = placed.bead
@@ -130,7 +130,7 @@ class EdgePoses:
 
 def track_edges(
     solver: Solver,
-    placed: Placed,
+    placed: PlacedTargets,
     start: Ints,
     roll: Floats,
     q: Floats,

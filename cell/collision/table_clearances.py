@@ -3,9 +3,9 @@
     checker = TableChecker(scene, reach=0.05)
     c = checker.clearances(tables, deposits_laid)            # tables (m, 2) rad; deposits laid so far (m,)
 
-Of the arm nothing is looked at here, and nothing but penetration is wrong: what a positioner keeps from its own
-pedestal is its maker's affair. The workpiece is held against the tilting part of the positioner as well, which carries
-what carries it, so that MuJoCo leaves the pair out. Metres and radians.
+Of the arm nothing is checked here, and nothing but penetration is wrong: what a positioner keeps from its own pedestal
+is its maker's affair. The workpiece is checked against the tilting part of the positioner as well, which carries what
+carries it, so that MuJoCo leaves the pair out. Metres and radians.
 """
 
 from __future__ import annotations

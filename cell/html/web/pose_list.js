@@ -27,7 +27,7 @@ function columns(doc) {
   ];
 }
 
-export class PoseTable {
+export class PoseList {
   /** Fill the table; a click on a row calls onChoose(pose). */
   constructor(doc, onChoose) {
     this.doc = doc;

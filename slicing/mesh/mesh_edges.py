@@ -2,7 +2,7 @@
 
 Use:
 
-    edges, of_side = edge_table(len(vertices), faces)
+    edges, of_side = edges_of_faces(len(vertices), faces)
     found = Edges.of(len(vertices), faces)
     found.is_surface, found.count, found.balance
 """
@@ -30,7 +30,7 @@ def _sorted_sides(n: int, faces: Ints) -> tuple[Ints, Ints]:
     return order, keys[order]
 
 
-def edge_table(n: int, faces: Ints) -> tuple[Ints, Ints]:
+def edges_of_faces(n: int, faces: Ints) -> tuple[Ints, Ints]:
     """Edges of a mesh.
 
     Args:
@@ -50,7 +50,7 @@ def edge_table(n: int, faces: Ints) -> tuple[Ints, Ints]:
 
 
 @dataclass(frozen=True, eq=False)
-class Edges:
+class MeshEdges:
     """The edges of triangles, each once.
 
     Attributes:
@@ -66,7 +66,7 @@ class Edges:
     balance: Ints
 
     @classmethod
-    def of(cls, n: int, faces: Ints) -> Edges:
+    def of(cls, n: int, faces: Ints) -> MeshEdges:
         """Edges of faces (m, 3) on n vertices."""
         side, keys = _sorted_sides(n, faces)
         first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1])) if len(keys) else np.zeros(0, dtype=np.int64)
@@ -105,7 +105,7 @@ def neighbours(count: int, faces: Ints) -> tuple[Ints, Ints]:
     Returns:
         The one, and the other.
     """
-    side = edge_table(count, faces)[1].ravel()
+    side = edges_of_faces(count, faces)[1].ravel()
     order = np.argsort(side, kind="stable")
     first = np.flatnonzero(np.append(True, np.diff(side[order]) > 0))
     first = first[np.diff(np.append(first, len(order))) == 2]

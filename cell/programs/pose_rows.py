@@ -2,7 +2,7 @@
 
 Use:
 
-    header, rows = pose_table(job, run)       # for a CSV; mm, degrees, mm/s, quaternions w x y z
+    header, rows = pose_rows(job, run)       # for a CSV; mm, degrees, mm/s, quaternions w x y z
 
 A point of a move of axes has its TCP's pose as well, and a point of a line its axes, as the controller would have them.
 """
@@ -29,7 +29,7 @@ KINDS = {MoveKind.AXES: "PTP", MoveKind.LINEAR: "LIN", MoveKind.CIRCULAR: "CIRC"
 POSE = ("X_mm", "Y_mm", "Z_mm", "A_deg", "B_deg", "C_deg", "qw", "qx", "qy", "qz")
 
 
-def pose_table(job: Job, run: SimulatedProgram) -> tuple[list[str], list[list[Any]]]:
+def pose_rows(job: Job, run: SimulatedProgram) -> tuple[list[str], list[list[Any]]]:
     """The points of a program that is run.
 
     Args:

@@ -19,9 +19,9 @@ from ik.chain import Floats
 from ik.joint_turns import SLACK
 from ik.singularity import margins
 
-from ..arrays import Ints
-from ..failure import Failure, Kind
-from .configurations import Nodes
+from ...arrays import Ints
+from ...failure import Failure, Kind
+from ..configurations import Nodes
 from .edge_check import SearchedBead
 from .edge_tracking import SAME_CONFIGURATION, EdgePoses, along, thinnest
 
@@ -30,7 +30,7 @@ MOST_WAYS = 600  # tracked together
 
 
 @dataclass(frozen=True, eq=False)
-class _Tracked:
+class _TrackedMoves:
     """Ways that were tracked.
 
     Attributes:
@@ -46,7 +46,7 @@ class _Tracked:
     margin: Floats
 
 
-def _track(bead: SearchedBead, i: int, roll: Floats, q: Floats) -> _Tracked:
+def _track(bead: SearchedBead, i: int, roll: Floats, q: Floats) -> _TrackedMoves:
     """Follow ways from a target to the next: rolls at both ends (w, 2), configurations at the first (w, j)."""
     parts = []
     for first in range(0, len(q), MOST_WAYS):
@@ -65,7 +65,7 @@ def _track(bead: SearchedBead, i: int, roll: Floats, q: Floats) -> _Tracked:
         jumps = np.maximum.reduceat(np.where(np.isnan(step), np.inf, step), at) > 1.0
         total = np.where(jumps[:, None], np.nan, turned[last])
         parts.append(
-            _Tracked(
+            _TrackedMoves(
                 total,
                 np.fmin.reduceat(turned, at, axis=0),
                 np.fmax.reduceat(turned, at, axis=0),
@@ -73,7 +73,7 @@ def _track(bead: SearchedBead, i: int, roll: Floats, q: Floats) -> _Tracked:
             )
         )
     names = ("total", "low", "high", "margin")
-    return _Tracked(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    return _TrackedMoves(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def true_edges(bead: SearchedBead, nodes: Nodes, i: int, edges: Collection[Edge]) -> set[Edge]:
@@ -92,7 +92,7 @@ def true_edges(bead: SearchedBead, nodes: Nodes, i: int, edges: Collection[Edge]
     if not every:
         return set()
     at = np.array(every)  # (e, 2, 3)
-    # standings that differ by whole turns lead the same way
+    # configurations that differ by whole turns lead the same way
     _, first, which = np.unique(
         np.column_stack([at[:, 0, :2], at[:, 1, 0]]), axis=0, return_index=True, return_inverse=True
     )

@@ -1,6 +1,6 @@
-"""Corners proved free however much they are rounded, by how far any rounding is off the rows; nothing is looked at.
+"""Corners proved free however much they are rounded, by how far any rounding is off the rows; nothing is checked.
 
-    every_rounding_kept(checker, radius, path, known)      # (m - 1,): on which steps any rounding keeps the clearance
+    every_blend_kept(checker, radius, path, known)      # (m - 1,): on which steps any rounding keeps the clearance
 
 A controller may round less than it is told to: over any zone up to the one that is set. Rows have a corner i where the
 slope of the joints changes by D_i. Rounded over a zone z they are off by the sum of D_i (z - u_i)^2 / 4z, over the
@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 
 from ik.chain import Floats
 
-from ..arrays import Ints, counted
+from ..arrays import Ints, repeat_with_index
 from ..timing.blending import kept_zone, mirrored
+from .blended_paths import NOTHING, BlendedPath
 from .clearances import Clearances, SeesClearances
 from .proofs.motion_bounds import joint_travel_bound
-from .rounded_paths import NOTHING, BlendedPath
 
 TOGETHER = 200_000  # corners that are weighed at once
 
@@ -41,7 +41,7 @@ class KnownRows:
         deposits_laid: deposits laid at each row, (m,).
         found: clearances at the rows, at least.
         least: clearance to be kept, m; 0: nothing is touched.
-        which: steps that are looked at, (m - 1,).
+        which: steps that are checked, (m - 1,).
         kept: clearance kept on each of them, at least, (m - 1,), m; -inf where it is not known.
     """
 
@@ -53,7 +53,7 @@ class KnownRows:
 
 
 @dataclass(frozen=True, eq=False)
-class Corners:
+class PathCorners:
     """Where the slope of a path changes, those of its mirror images beyond its ends among them.
 
     Attributes:
@@ -67,7 +67,7 @@ class Corners:
     zone: float
 
     @classmethod
-    def of(cls, path: BlendedPath) -> Corners:
+    def of(cls, path: BlendedPath) -> PathCorners:
         """Those of a path whose length begins with 0."""
         t, far = mirrored(path.q, path.s)
         slope = np.diff(far, axis=0) / np.diff(t)[:, None]
@@ -92,7 +92,7 @@ class Corners:
         return out
 
 
-def every_rounding_kept(
+def every_blend_kept(
     checker: SeesClearances,
     radius: Floats,
     path: BlendedPath,
@@ -109,14 +109,14 @@ def every_rounding_kept(
         path: the rows.
         known: what is known of them.
         which: steps in question, (m - 1,); those of ``known`` where left out.
-        closely: whether what the joints' radii leave is held against where the arm's links are as well.
+        closely: whether what the joints' radii leave is compared with where the arm's links are as well.
 
     Returns:
         (m - 1,) booleans: it is proved on these of the steps in question.
     """
     s = path.s - path.s[0]
     path = BlendedPath(path.q, s, kept_zone(path.zone, s[-1]))
-    corners, least = Corners.of(path), known.least
+    corners, least = PathCorners.of(path), known.least
     left = np.flatnonzero(known.which if which is None else which)
     rows = np.unique(np.concatenate([left, left + 1]))
     off, most, proved = np.zeros(len(s)), np.zeros(len(s) - 1), np.zeros(len(s) - 1, dtype=bool)
@@ -142,11 +142,11 @@ def every_rounding_kept(
 
 
 def _by_rows_near_corners(
-    radius: Floats, path: BlendedPath, corners: Corners, at_rows: tuple[Floats, Floats], steps: Ints
+    radius: Floats, path: BlendedPath, corners: PathCorners, at_rows: tuple[Floats, Floats], steps: Ints
 ) -> NDArray[np.bool_]:
     """Whether what is known where steps begin and end is enough for them, (k,): for all that is off the rows at all.
 
-    Each half of a step is held against its own end. How far a point of the half is from there, and how far it is off
+    Each half of a step is compared with its own end. How far a point of the half is from there, and how far it is off
     the rows, add up to a convex function of the path's length, which is greatest where the half begins or ends.
     """
     off, room = at_rows
@@ -159,7 +159,9 @@ def _by_rows_near_corners(
     return out
 
 
-def _off_by_links(checker: SeesClearances, radius: Floats, path: BlendedPath, corners: Corners, steps: Ints) -> Floats:
+def _off_by_links(
+    checker: SeesClearances, radius: Floats, path: BlendedPath, corners: PathCorners, steps: Ints
+) -> Floats:
     """How far anything is off where the rows have it, at most, by where the links are, whatever the rounding, (k,), m.
 
     On either side of a step the sums over its nearest corners lie along the sum over all of them, but for what is
@@ -234,5 +236,5 @@ def _in_blocks(count: Ints) -> Iterator[Ints]:
 
 def _ragged(first: Ints, stop: Ints) -> tuple[Ints, Ints]:
     """All numbers from each first one up to its stop, and whose they are."""
-    of, place = counted(stop - first)
+    of, place = repeat_with_index(stop - first)
     return of, first[of] + place

@@ -1,4 +1,4 @@
-"""One check in several processes: ``python -m bench.speed.jobs [--parts pad] [--targets 6000] [--jobs 1 2]``.
+"""One check in several processes: ``python -m bench.speed.processes [--parts pad] [--targets 6000] [--jobs 1 2]``.
 
 The same part is checked with each number of processes. Told are wall time; processor time of all of them; that on the
 critical path, which is the first process' own and of each round of work that of the worker that had most to do, and so
@@ -45,11 +45,11 @@ def digest(found: SpanVerdict) -> str:
 
 
 def measure(
-    asked: tuple[str, int, str, str, bool], jobs: int, chunking: Chunking, name: str, *, late: bool = False
+    asked: tuple[str, int, str, str, bool], processes: int, chunking: Chunking, name: str, *, late: bool = False
 ) -> tuple[float, float]:
     """Check a part (what ``job_of`` takes) and print a line; processor time on the critical path and wall time, s."""
     known = job_of(*asked) if late else None
-    with working(jobs) as pool:
+    with working(processes) as pool:
         job = known or job_of(*asked)
         wall, every, here = time.perf_counter(), processor_time(), time.process_time()
         context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
@@ -61,7 +61,7 @@ def measure(
     peak = [resource.getrusage(who).ru_maxrss / MB for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     said = "infeasible" if found.motion is None else f"{found.motion.t_s[-1]:.0f} s"
     print(
-        f"| {name} | {n} | {chunks} | {jobs} | {1e3 * every / n:.2f} | {1e3 * critical / n:.2f} |"
+        f"| {name} | {n} | {chunks} | {processes} | {1e3 * every / n:.2f} | {1e3 * critical / n:.2f} |"
         f" {here:.1f} | {wall:.1f} | {peak[0]:.0f} + {peak[1]:.0f} | {said} | {digest(found)} |",
         flush=True,
     )
@@ -86,7 +86,7 @@ def main() -> None:
     if args.spawned:
         cell.processes.worker_pool.may_fork = lambda: False
     print(
-        "| part | targets | chunks | jobs | all, ms a target | critical path, ms a target |"
+        "| part | targets | chunks | processes | all, ms a target | critical path, ms a target |"
         " first process, s | wall, s | memory, MB | motion | digest |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|"
     )
     for part in args.parts:
@@ -94,11 +94,12 @@ def main() -> None:
         if args.one_chunk:
             measure(asked, 1, Chunking(sys.maxsize), f"{part}, one chunk")
         rounds = [
-            [measure(asked, jobs, chunking, part, late=args.late) for jobs in args.jobs] for _ in range(args.rounds)
+            [measure(asked, processes, chunking, part, late=args.late) for processes in args.jobs]
+            for _ in range(args.rounds)
         ]
         for k, what in enumerate(("on the critical path", "by the clock")):
             least = [min(found[k] for found in one) for one in zip(*rounds, strict=True)]
-            words = (f"{least[0] / one:.2f} with {jobs}" for one, jobs in zip(least, args.jobs, strict=True))
+            words = (f"{least[0] / one:.2f} with {processes}" for one, processes in zip(least, args.jobs, strict=True))
             print(f"\n{part}: times as fast {what}: {', '.join(words)}", flush=True)
 
 

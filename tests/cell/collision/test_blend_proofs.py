@@ -11,14 +11,14 @@ from support.cells.arm_places import places
 from support.jobs.cases import little_case
 
 from cell.case.read import load_case
+from cell.collision.blend_bisection import NEARLY_ALL, _SheetDistances, _StepSheetRectangles, colliding_blends
+from cell.collision.blend_proofs import KnownRows, PathCorners, _off_by_links, _otherwise, every_blend_kept
 from cell.collision.blended_corners import cut_corners
+from cell.collision.blended_paths import BlendedPath, PathBlends
 from cell.collision.checker import Checker
 from cell.collision.clearances import Clearances
-from cell.collision.pair_groups import PairGroup, groups_of
+from cell.collision.pair_groups import PairGroupChecker, groups_of
 from cell.collision.proofs.reach_radii import radii
-from cell.collision.rounded_paths import BlendedPath, Roundings
-from cell.collision.rounding_bisection import NEARLY_ALL, _Sheet, _Sheets, looked_at
-from cell.collision.rounding_proofs import Corners, KnownRows, _off_by_links, _otherwise, every_rounding_kept
 from cell.job.job import prepare
 from cell.timing.blending import blended, kept_zone
 
@@ -92,7 +92,7 @@ def test_no_rounding_is_further_off_the_rows_than_the_full_one_is_said_to_be():
     for _ in range(30):
         path = wandering(rng)
         path = BlendedPath(path.q, path.s - path.s[0], kept_zone(path.zone, path.s[-1] - path.s[0]))
-        corners, at = Corners.of(path), np.linspace(0, path.s[-1], 700)
+        corners, at = PathCorners.of(path), np.linspace(0, path.s[-1], 700)
         bound = corners.off(radius, at)
         rows = np.stack([np.interp(at, path.s, column) for column in path.q.T], axis=1)
         for share in (0.02, 0.2, 0.5, 0.8, 1.0):
@@ -112,7 +112,7 @@ def test_one_zone_for_each_place_is_the_average_over_that_zone():
     s = path.s - path.s[0]
     at, zone = rng.uniform(0, s[-1], 50), rng.uniform(0.01, 0.5, 50) * s[-1]
     one = np.concatenate([blended(path.q, s, z, at[k : k + 1]) for k, z in enumerate(zone.tolist())])
-    assert Roundings(path.q, s).at(at, zone) == pytest.approx(one, abs=1e-12)
+    assert PathBlends(path.q, s).at(at, zone) == pytest.approx(one, abs=1e-12)
 
 
 @pytest.mark.parametrize("told", [False, True])
@@ -125,7 +125,7 @@ def test_where_every_rounding_is_proved_to_keep_the_clearance_it_does(told):
         own = np.array([point.on_step(a, b) for a, b in pairwise(path.q)])
         if own.min() < least:
             continue
-        ok = every_rounding_kept(point, np.ones(2), path, known(path, point, least, own if told else None))
+        ok = every_blend_kept(point, np.ones(2), path, known(path, point, least, own if told else None))
         proved += ok.sum()
         for i in range(len(own)):
             true = point.clearances(sheet_of(path, i, 30).reshape(-1, 2), None).distance.min()
@@ -143,12 +143,12 @@ def test_a_path_that_turns_back_the_way_it_came_is_proved_by_its_own_rows():
     path, point = BlendedPath(q, s, 0.1), Point([[0.45, 0.02]], 0.0)
     kept = np.array([point.on_step(a, b) for a, b in pairwise(q)])
     here = known(path, point, 0.01, kept)
-    assert Corners.of(path).off(np.ones(2), s[50:51])[0] > 0.04
-    assert every_rounding_kept(point, np.ones(2), path, here).all()
+    assert PathCorners.of(path).off(np.ones(2), s[50:51])[0] > 0.04
+    assert every_blend_kept(point, np.ones(2), path, here).all()
     # not where the rows' own clearance is another one: more is laid where the step is than was when they were seen
     deposits_laid = np.where(np.arange(101) >= 50, 1, 0)
     deposits_laid[53:] = 0
-    left = ~every_rounding_kept(point, np.ones(2), path, known(path, point, 0.01, kept, deposits_laid))
+    left = ~every_blend_kept(point, np.ones(2), path, known(path, point, 0.01, kept, deposits_laid))
     assert left[49:53].any()
 
 
@@ -160,7 +160,7 @@ def test_what_stands_between_the_legs_of_a_hairpin_is_met_by_a_rounding_of_its_t
     path, point = BlendedPath(q, s, 0.1), Point([[0.47, 0.0]], 1e-4)
     kept = np.array([point.on_step(a, b) for a, b in pairwise(q)])
     assert kept.min() > 0.0038
-    proved = every_rounding_kept(point, np.ones(2), path, known(path, point, 1e-3, kept))
+    proved = every_blend_kept(point, np.ones(2), path, known(path, point, 1e-3, kept))
     near = [point.clearances(sheet_of(path, k).reshape(-1, 2), None).distance.min() < 1e-3 for k in range(101)]
     assert not proved[near].any()
     assert np.flatnonzero(near).tolist() == [48, 49, 50, 51, 52]  # about the step from one leg to the other
@@ -184,7 +184,7 @@ def test_by_where_its_links_are_no_rounding_is_further_off_than_is_said(scene):
         q = start + np.cumsum(np.cumsum(rng.normal(size=(m, 6)), axis=0) * 0.004 * (1 + trial % 3), axis=0)
         s = np.concatenate([[0.0], np.cumsum(rng.uniform(0.5e-3, 2e-3, m - 1))])
         path = BlendedPath(q, s, kept_zone(2.5e-3, s[-1]))
-        corners, steps = Corners.of(path), np.arange(m - 1)
+        corners, steps = PathCorners.of(path), np.arange(m - 1)
         bound = _off_by_links(checker, radius, path, corners, steps)
         for k in range(m - 1):
             at = np.linspace(s[k], s[k + 1], 5)
@@ -232,7 +232,7 @@ def test_the_groups_of_a_checkers_pairs_see_together_what_it_sees(scene):
     rng, chain = np.random.default_rng(3), scene.chain
     checker = Checker(scene, (0.0, 0.0), 0.05)
     groups = groups_of(checker)
-    assert [type(group) for group in groups] == [PairGroup, PairGroup]
+    assert [type(group) for group in groups] == [PairGroupChecker, PairGroupChecker]
     q, deposits_laid = rng.uniform(chain.lower, chain.upper, (80, 6)), rng.integers(0, scene.n_deposits + 1, 80)
     least = np.minimum(*(group.clearances(q, deposits_laid).distance for group in groups))
     found = checker.clearances(q, deposits_laid).distance
@@ -286,7 +286,7 @@ def test_no_rectangle_of_roundings_reaches_further_than_is_said():
         every = np.concatenate(sheets)
         point = Point(every[rng.integers(len(every), size=2)] + rng.normal(size=(2, 2)) * 0.01, 1e-3)
         here = known(path, point, least)
-        hits = looked_at(point, np.ones(2), path, here, steps)
+        hits = colliding_blends(point, np.ones(2), path, here, steps)
         assert (hits.nearest.distance < least).all()
         for k, sheet in zip(steps.tolist(), sheets, strict=True):
             true = point.clearances(sheet, None).distance.min()
@@ -313,8 +313,10 @@ def test_no_configuration_of_a_rectangle_is_further_from_its_middle_than_is_said
         k = int(rng.integers(len(path.s) - 1))
         ends, wide = path.s[k : k + 2], rng.uniform(0.3, 1.0) * path.zone
         for narrow in (0.0, rng.uniform(0.3, 0.99) * wide):
-            some = _Sheets(*(np.array([x]) for x in (*ends, narrow, wide)), np.array([k]), np.array([np.inf]))
-            middle, far, _ = _Sheet(Point([[9.0, 9.0]], 0.0), np.ones(2), path).extent(some)
+            some = _StepSheetRectangles(
+                *(np.array([x]) for x in (*ends, narrow, wide)), np.array([k]), np.array([np.inf])
+            )
+            middle, far, _ = _SheetDistances(Point([[9.0, 9.0]], 0.0), np.ones(2), path).extent(some)
             at, zones = np.linspace(*ends, 15), np.linspace(max(narrow, 1e-6), wide, 8)
             sheet = np.concatenate([blended(path.q, path.s, zone, at) for zone in zones.tolist()])
             off = np.linalg.norm(sheet - middle, axis=1).max()

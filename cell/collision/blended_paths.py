@@ -82,7 +82,7 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
     return Parabolas(grid + path.s[0], row, np.maximum(off[:-1], off[1:]) + np.diff(grid) ** 2 / 8 * bends, bends)
 
 
-class Roundings:
+class PathBlends:
     """All roundings of one path: as ``cell.timing.blending.blended``, each place by a zone of its own."""
 
     def __init__(self, q: Floats, s: Floats) -> None:
@@ -129,7 +129,7 @@ def _slope_at(slope: Floats, s: Floats, at: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class Rectangles:
+class SheetRectangles:
     """What steps may become when they are rounded, in rectangles over the path's length and the zone.
 
     Attributes:

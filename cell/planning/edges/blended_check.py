@@ -1,4 +1,4 @@
-"""Beads and travels as a controller runs them, corners rounded, held against the cell.
+"""Beads and travels as a controller runs them, corners rounded, checked in the cell.
 
     failures = bead_corners(context, blend, stretches)          # by target: where a rounded corner comes too near
     failure = travel_corners(context, q, clearances, deposits_laid)     # None: the rounded travel is free
@@ -16,17 +16,17 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..arrays import Ints
-from ..collision.blended_corners import cut_corners, cut_corners_of
-from ..collision.checker import Checker
-from ..collision.clearances import Clearances
-from ..collision.rounded_paths import BlendedPath
-from ..collision.rounding_proofs import KnownRows
-from ..failure import ON_TRAVEL, CollisionPlace, Failure, Place, Where
-from ..motion.motion import STANDING
-from ..timing.blending import TRAVEL_ZONE
-from ..units import METRES_PER_MM
-from .context import Context
+from ...arrays import Ints
+from ...collision.blend_proofs import KnownRows
+from ...collision.blended_corners import cut_corners, cut_corners_of
+from ...collision.blended_paths import BlendedPath
+from ...collision.checker import Checker
+from ...collision.clearances import Clearances
+from ...failure import ON_TRAVEL, CollisionPlace, Failure, FailurePlace, Where
+from ...motion.motion import NO_MOVE
+from ...timing.blending import TRAVEL_ZONE
+from ...units import METRES_PER_MM
+from ..context import Context
 from .edge_check import Stretch
 
 if TYPE_CHECKING:
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 def bead_path(stretch: Stretch, blend: float) -> BlendedPath:
     """A bead's rows with the length of the TCP's way to each, m; turns in one place count as hardly any."""
     way = np.linalg.norm(np.diff(stretch.position, axis=0), axis=1)
-    return BlendedPath(stretch.axes, np.concatenate([[0.0], np.cumsum(np.maximum(way, STANDING))]), blend)
+    return BlendedPath(stretch.axes, np.concatenate([[0.0], np.cumsum(np.maximum(way, NO_MOVE))]), blend)
 
 
 def travel_path(q: Floats, zone: float = TRAVEL_ZONE) -> tuple[BlendedPath, Ints]:
     """A travel's rows with the length of the joints' way to each, rad; and which rows these are: none that repeats."""
-    moves = np.abs(np.diff(q, axis=0)).max(axis=1) > STANDING
+    moves = np.abs(np.diff(q, axis=0)).max(axis=1) > NO_MOVE
     rows = np.flatnonzero(np.concatenate([[True], moves]))
     way = np.linalg.norm(np.diff(q[rows], axis=0), axis=1)
     return BlendedPath(q[rows], np.concatenate([[0.0], np.cumsum(way)]), zone), rows
@@ -65,7 +65,7 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
         for n in np.argsort(nearest.distance, kind="stable").tolist():
             at = int(bead.edge[step[n]])
             if at + 1 not in failures:
-                place = Place(Where.BEAD, from_target=at)
+                place = FailurePlace(Where.BEAD, from_target=at)
                 failures[at + 1] = context.describe(nearest, n, place, CollisionPlace.ROUNDED)
     return failures
 
@@ -109,13 +109,13 @@ def travel_corners(
 def free_travels(
     checker: Checker, context: Context, ways: Sequence[tuple[Floats, Clearances, Floats, int]], least: float
 ) -> list[bool]:
-    """Whether travels are free when their corners are rounded: of many, which are looked at together.
+    """Whether travels are free when their corners are rounded: of many, which are checked together.
 
     Args:
         checker: collision detection, of the whole cell or of the wire.
         context: what the search uses.
         ways: rows, (m, j), rad, that are free themselves; their clearances at least; what is kept at least on the steps
-            between them, (m,), m, -inf where a step is not looked at; and deposits laid by then.
+            between them, (m,), m, -inf where a step is not checked; and deposits laid by then.
         least: clearance to be kept, m; 0: nothing is touched.
 
     Returns:

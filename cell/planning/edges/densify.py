@@ -19,14 +19,14 @@ from ik.chain import Floats
 from ik.roll import apply_roll, roll_of, wrap
 from ik.singularity import margins
 
-from ..arrays import Ints
-from ..collision.clearances import Clearances
-from ..collision.proofs.motion_bounds import joint_travel_bound
-from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
-from ..failure import Failure, Kind, Place, Where
-from ..rigid import frames, great_circle
-from .context import CLOSE, BeadTolerance, Context
-from .edge_check import Stretch, between
+from ...arrays import Ints
+from ...collision.clearances import Clearances
+from ...collision.proofs.motion_bounds import joint_travel_bound
+from ...collision.proofs.motion_clearance import MotionSamples, clearance_along
+from ...failure import Failure, FailurePlace, Kind, Where
+from ...rigid import frames, great_circle
+from ..context import CLOSE, BeadTolerance, Context
+from .edge_check import Stretch, collision_place
 from .edge_tracking import off_bead
 
 # of a stretch, all that its rows have but for their clearances
@@ -84,7 +84,7 @@ def on_bead(context: Context, edge: Ints, fraction: Floats) -> tuple[Floats, Flo
         fraction: of the way, (m,).
 
     Returns:
-        (m, 3), m, and (m, 3), where the beads stand still (see ``Placed.bead``).
+        (m, 3), m, and (m, 3), where the beads stand still (see ``PlacedTargets.bead``).
     """
     p, n = context.placed.bead.position, context.placed.bead.normal
     position = p[edge] + fraction[:, None] * (p[edge + 1] - p[edge])
@@ -122,9 +122,9 @@ def _densified(
     return stretch, of, failures
 
 
-def _on_edge(edge: int) -> Place:
+def _on_edge(edge: int) -> FailurePlace:
     """The way from a target to the next."""
-    return Place(Where.BEAD, from_target=edge)
+    return FailurePlace(Where.BEAD, from_target=edge)
 
 
 def _open(context: Context, stretch: Stretch, asked: Ints, close: BeadTolerance) -> Ints:
@@ -231,7 +231,9 @@ def _checked(context: Context, stretch: Stretch, new: np.ndarray) -> tuple[Stret
     for i in np.flatnonzero(found.seen.distance < context.settings.clearance).tolist():
         blame(int(stretch.edge[rows[i]]), context.describe(found.seen, i))
     for n, at in enumerate(rows[found.open].tolist()):
-        blame(int(stretch.edge[at]), context.describe(found.nearest, n, seen=between(found.nearest, n, context)))
+        blame(
+            int(stretch.edge[at]), context.describe(found.nearest, n, seen=collision_place(found.nearest, n, context))
+        )
     clearances, low, kept = stretch.clearances.rows(np.arange(len(new))), stretch.low.copy(), stretch.kept.copy()
     clearances.nearer(rows, found.seen)
     low[rows], kept[rows] = np.maximum(low[rows], found.low), np.maximum(kept[rows], found.kept)

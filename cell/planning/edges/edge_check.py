@@ -17,16 +17,16 @@ import numpy as np
 from ik.bead_path import LARGEST_STEP
 from ik.chain import Floats
 
-from ..arrays import Ints
-from ..collision.clearances import Clearances
-from ..collision.proofs.motion_clearance import MotionSamples, clearance_along
-from ..failure import ON_BEAD, CollisionPlace, Failure
-from ..motion.deposition_speed import STRETCH
-from ..scene.placement import Placed
-from .context import Context
+from ...arrays import Ints
+from ...collision.clearances import Clearances
+from ...collision.proofs.motion_clearance import MotionSamples, clearance_along
+from ...failure import ON_BEAD, CollisionPlace, Failure
+from ...motion.deposition_speed import STRETCH
+from ...scene.placement import PlacedTargets
+from ..context import Context
 from .edge_tracking import Track, track_edges
 
-STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: along a bead a joint that turns faster is dear, as it may be a flip
+STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: along a bead a joint that turns faster costs more, as it may be a flip
 UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
 
 
@@ -47,7 +47,7 @@ class SearchedBead:
 
     context: Context
     first: int
-    placed: Placed
+    placed: PlacedTargets
     deposits_before: Ints
     times: Floats
     slowest: Floats
@@ -80,7 +80,7 @@ class SearchedBead:
 
     @classmethod
     def apart(cls, context: Context, targets: Ints) -> SearchedBead:
-        """Targets that are looked at one by one, with no way between them; they count from 0."""
+        """Targets that are checked one by one, with no way between them; they count from 0."""
         bead = cls.of(context, 0, 1)
         none = np.full(max(len(targets) - 1, 0), np.inf)
         placed, before = context.placed.rows(targets), context.deposits_before[targets]
@@ -103,7 +103,7 @@ class Stretch:
         edge: target that each sample follows, (m,).
         fraction: place between that target and the next, (m,).
         q: samples, (m, j), rad.
-        position: TCP where the bead stands still, (m, 3), m; see ``Placed.bead``.
+        position: TCP where the bead stands still, (m, 3), m; see ``PlacedTargets.bead``.
         table: E1, E2 of the samples, (m, 2), rad; (m, 0) where the table stands.
         clearances: the nearest pairs where it was looked; nothing at other samples.
         low: nothing is nearer at each sample, (m,), m.
@@ -197,7 +197,7 @@ class CheckedEdges:
         )
 
 
-def between(nearest: Clearances, k: int, context: Context) -> CollisionPlace:
+def collision_place(nearest: Clearances, k: int, context: Context) -> CollisionPlace:
     """Where what was seen nearest keeps the clearance, that it is kept between samples is not proved."""
     return (
         CollisionPlace.BETWEEN_SAMPLES
@@ -243,7 +243,7 @@ def check_edges(bead: SearchedBead, start: Ints, roll: Floats, q: Floats) -> Che
             worst = int(mine[np.argmin(clear.distance[mine])])
             causes.append(context.describe(clear, worst, ON_BEAD))
         elif e in unsafe:
-            causes.append(context.describe(nearest, unsafe[e], ON_BEAD, between(nearest, unsafe[e], context)))
+            causes.append(context.describe(nearest, unsafe[e], ON_BEAD, collision_place(nearest, unsafe[e], context)))
         else:
             causes.append(None)
     return CheckedEdges(bead.first, start, roll, q, track, clear, found.low[of], found.kept[of], causes)

@@ -1,4 +1,4 @@
-// The table of infeasible targets: sorted by any column, filtered by reason, a jump in every row.
+// The list of infeasible targets: sorted by any column, filtered by reason, a jump in every row.
 
 import { figure } from "./charts.js";
 import { Sortable, swatch } from "./sortable.js";
@@ -17,11 +17,11 @@ function columns(doc, targets) {
     { name: "x, y, z mm (base)", value: base, order: (r) => targets.base_mm[3 * r.target], wide: true },
     { name: "Gravity °", value: (r) => figure(targets.gravity[r.target]), order: (r) => targets.gravity[r.target], wide: true },
     { name: "Proved", value: (r) => (r.proved ? "yes" : ""), wide: true,
-      title: "Whether every configuration the arm could have was looked at" },
+      title: "Whether every configuration the arm could have is excluded" },
   ];
 }
 
-export class Table {
+export class TargetList {
   /** Fill the table; a click on a row calls onJump(target). */
   constructor(doc, targets, onJump) {
     this.rows = doc.infeasible;

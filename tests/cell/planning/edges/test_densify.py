@@ -10,10 +10,10 @@ import pytest
 from cell.case.read import load_case
 from cell.failure import Kind
 from cell.job.job import prepare
+from cell.planning.bead_plan import plan_bead
 from cell.planning.context import Context
-from cell.planning.densify import BeadTolerance, densified
-from cell.planning.edge_check import Stretch
-from cell.planning.part_plan import plan_bead
+from cell.planning.edges.densify import BeadTolerance, densified
+from cell.planning.edges.edge_check import Stretch
 from cell.scene.scene import table_angles
 from cell.shipped import DEFAULT_CASE
 

@@ -1,0 +1,161 @@
+"""Beads that are expensive to search in full: put off until the rest of the part is planned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.jobs.layered_boss import context_of, layered_job
+
+from cell.job.job import Job
+from cell.part_chunks.chunked_plan import Shared, plan_in_chunks
+from cell.part_chunks.chunking import Chunking
+from cell.planning import infeasible_part, part_plan
+from cell.planning.bead_outcome import BeadPlan
+from cell.planning.beads_ahead import BeadsAhead
+from cell.planning.infeasible_part import Judged
+from cell.planning.part_plan import BeadRun, PartPlan, PlannedRun, PutOff, plan_part, plan_runs
+from cell.planning.station_search import StationSearch
+
+FOUR = Chunking(0, 8)  # four chunks of ten beads
+EMPTY = PartPlan((), (), {})
+
+
+@pytest.fixture(scope="module")
+def job() -> Job:
+    return layered_job()
+
+
+def planned(job: Job, chunking: Chunking | None) -> PartPlan:
+    context = context_of(job)
+    if chunking is None:
+        return plan_part(context, job.targets.bead)
+    return plan_in_chunks(Shared.of(job, context), chunking.chunks(job.targets, context.span))
+
+
+def same(one: PartPlan, two: PartPlan) -> bool:
+    stretches = zip(one.stretches, two.stretches, strict=True)
+    travels = zip(one.travels, two.travels, strict=True)
+    return (
+        [(bead.first, bead.stop, bead.whole) for bead in one.beads]
+        == [(bead.first, bead.stop, bead.whole) for bead in two.beads]
+        and all(np.array_equal(a.q, b.q) for a, b in stretches)
+        and all(np.array_equal(a.q, b.q) for a, b in travels)
+        and one.travel_failures == two.travel_failures
+    )
+
+
+def out_of_reach(job: Job, layer: int) -> Job:
+    """The same with a layer that no arm reaches, which is known without a search."""
+    t = job.targets
+    off = np.where((t.layer == layer)[:, None], 1e5, 0.0)
+    return replace(job, targets=replace(t, position=t.position + off))
+
+
+@pytest.fixture
+def doubtful(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
+    """Make every bead doubtful, and note which are searched in full."""
+
+    def make(*, no_budget: bool) -> list[int]:
+        monkeypatch.setattr(BeadsAhead, "bead", lambda *_: None)
+        monkeypatch.setattr(StationSearch, "suits", lambda *_: False)
+        if no_budget:
+            monkeypatch.setattr(infeasible_part, "FLOOR", 0)
+        searched: list[int] = []
+        really = part_plan.plan_bead
+
+        def noted(context: object, first: int, *rest: object, **more: object) -> BeadPlan:
+            searched.append(first)
+            return really(context, first, *rest, **more)  # type: ignore[arg-type]
+
+        monkeypatch.setattr(part_plan, "plan_bead", noted)
+        return searched
+
+    return make
+
+
+@pytest.mark.parametrize("chunking", [None, FOUR], ids=["one chunk", "four"])
+def test_beads_that_were_put_off_are_planned_as_they_would_have_been_at_once(job, doubtful, chunking):
+    at_once = doubtful(no_budget=False)
+    plan = planned(job, chunking)
+    assert all(bead.whole for bead in plan.beads)
+    firsts = [bead.first for bead in plan.beads]
+    assert sorted(at_once) == firsts
+    later = doubtful(no_budget=True)
+    assert same(planned(job, chunking), plan)
+    assert sorted(later) == firsts
+
+
+def test_where_a_bead_is_lost_those_that_were_put_off_are_never_searched_in_full(job, doubtful):
+    searched = doubtful(no_budget=True)
+    plan = planned(out_of_reach(job, layer=int(job.targets.layer.max())), None)
+    assert searched == []
+    assert plan.beads[-1].target_failures
+    assert all(not bead.whole and bead.open and not bead.stretches for bead in plan.beads[:-1])
+
+
+def run_of(name: int, beads: int = 8) -> BeadRun:
+    return BeadRun(tuple(range(100 * name, 100 * name + beads)), 100 * name + beads, None)
+
+
+def up_to(done: int) -> PutOff:
+    beads = tuple(BeadPlan(k, k + 1, (), {}, {}) for k in range(done))
+    return PutOff(PartPlan(beads, (), {}), Judged())
+
+
+class Planner:
+    """Answers of a planner, round by round, and what it was asked."""
+
+    def __init__(self, *answers: Sequence[PlannedRun]) -> None:
+        self.answers = list(answers)
+        self.asked: list[list[tuple[int, int, int, bool]]] = []
+
+    def __call__(self, runs: Sequence[BeadRun], count: Callable[[], None]) -> list[PlannedRun]:
+        self.asked.append([(run.firsts[0], run.done, run.full_searches, run.lost) for run in runs])
+        return list(self.answers.pop(0))
+
+
+def test_runs_without_doubtful_beads_are_planned_once():
+    planner = Planner([PlannedRun(EMPTY, False, None), PlannedRun(EMPTY, True, None)])
+    assert plan_runs([run_of(0), run_of(1)], planner) == [EMPTY, EMPTY]
+    assert planner.asked == [[(0, 0, 0, False), (100, 0, 0, False)]]
+
+
+def test_a_loss_in_one_run_settles_the_doubtful_beads_of_all_others():
+    first = PartPlan((), (), {})
+    planner = Planner([PlannedRun(first, False, up_to(2)), PlannedRun(EMPTY, True, None)])
+    assert plan_runs([run_of(0), run_of(1)], planner)[0] is first
+    assert len(planner.asked) == 1
+
+
+def test_doubtful_beads_are_searched_in_rounds_of_more_and_more_until_one_is_lost():
+    planner = Planner(
+        [PlannedRun(EMPTY, False, up_to(1)), PlannedRun(EMPTY, False, None), PlannedRun(EMPTY, False, up_to(2))],
+        [PlannedRun(EMPTY, False, up_to(3)), PlannedRun(EMPTY, False, up_to(4))],
+        [PlannedRun(EMPTY, False, up_to(6)), PlannedRun(EMPTY, True, None)],
+        [PlannedRun(EMPTY, True, None)],
+    )
+    plan_runs([run_of(0), run_of(1), run_of(2)], planner)
+    assert planner.asked[1:] == [
+        [(0, 1, 1, False), (200, 2, 1, False)],
+        [(0, 3, 2, False), (200, 4, 2, False)],
+        [(0, 6, 4, True)],  # what is left of it is judged as in a part that is lost
+    ]
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_whether_the_first_bead_of_a_part_is_lost_is_said_to_all_chunks(job, monkeypatch, lost):
+    said: list[bool] = []
+    really = part_plan.plan_run
+
+    def noted(context, run, count):
+        said.append(run.lost)
+        return really(context, run, count)
+
+    monkeypatch.setattr(infeasible_part, "FLOOR", 0)
+    monkeypatch.setattr("cell.part_chunks.chunked_plan.plan_run", noted)
+    plan = planned(out_of_reach(job, layer=0) if lost else job, FOUR)
+    assert plan.beads[0].whole == (not lost)
+    assert said == [lost] * 4
