@@ -63,7 +63,7 @@ MUTANTS = (
     Mutant("cell/collision/proofs/open_steps.py", "return self.da + self.db - 2 * limit", "return self.da + self.db - limit", (BOUNDS,)),
     Mutant("cell/collision/proofs/between_samples.py", "if seen.distance[k] < nearest.best.distance[0]:", "if False:", (BOUNDS,)),
     Mutant("cell/collision/proofs/motion_bounds.py", " + chord[:, self._joint] * self._size", "", (BOUNDS,)),
-    Mutant("cell/collision/pair_groups.py", "model.geom_conaffinity[arm] = 0", "model.geom_conaffinity[~arm] = 0", (GROUPS,)),
+    Mutant("cell/collision/pair_groups.py", "switched.geom_conaffinity[arm] = 0", "switched.geom_conaffinity[~arm] = 0", (GROUPS,)),
     Mutant("cell/collision/pair_groups.py", "self.pair_gap = 0.0", "self.pair_gap = -1e3", (GROUPS,)),
     Mutant("cell/collision/proofs/motion_bounds.py", "np.minimum(joints, parts * (straight", "np.minimum(joints, 1 * (straight", (BOUNDS,)),
     Mutant("cell/collision/proofs/motion_bounds.py", "parts * (straight + curvature(self.radius, np.abs(b - a)) / 4)", "parts * straight", (BOUNDS,)),
