@@ -1,0 +1,29 @@
+"""Memory that is freed in small pieces goes back to the system."""
+
+import ctypes
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from cell.freed_memory import give_back
+
+PIECES, BYTES = 100_000, 600  # 60 MB, larger than what Python's own allocator keeps in its arenas
+
+
+def resident_mb():
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what glibc keeps")
+def test_what_was_freed_in_small_pieces_is_given_back():
+    if not hasattr(ctypes.CDLL(None), "malloc_trim"):
+        pytest.skip("a C library that has no malloc_trim")
+    pieces = [bytes(BYTES) for _ in range(PIECES)]
+    last = bytes(BYTES)  # behind them: nothing before it goes back by itself
+    del pieces
+    before = resident_mb()
+    give_back()
+    assert before - resident_mb() > 0.8 * PIECES * BYTES / 1e6
+    assert len(last) == BYTES
