@@ -287,7 +287,10 @@ MUTANTS = (
     Mutant("cell/processes/own_process.py", '.split()[0] == "S"', '.split()[0] != "Z"', (CREW,)),
     Mutant("cell/processes/own_process.py", "            signal.signal(number, signal.SIG_DFL)\n", "            pass\n", (CREW,)),
     Mutant("cell/processes/worker.py", "Context().run(work, pipe, shared)", "work(pipe, shared)", (CREW,)),
-    Mutant("cell/processes/worker_pool.py", "if error is None or k < error[0]", "if error is None", (CREW,)),
-    Mutant("cell/processes/worker_pool.py", "        if worker.shared != self._number:\n", "        if worker.shared == 0:\n", (CREW,)),
+    Mutant("cell/processes/work_round.py", "if error is None or k < error[0]", "if error is None", (CREW,)),
+    Mutant("cell/processes/work_round.py", "Context().run(work.function, work.shared, ", "work.function(work.shared, ", (CREW,)),
+    Mutant("cell/processes/work_round.py", "                self._ticks += 1\n", "                self.tick()\n", (CREW,)),
+    Mutant("cell/processes/worker_pool.py", "if worker.shared != self._number and", "if worker.shared == 0 and", (CREW,)),
+    Mutant("cell/processes/worker_pool.py", "            if one.unfinished:\n", "            if False:\n", (CREW,)),
     Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),
 )  # fmt: skip
