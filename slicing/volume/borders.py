@@ -217,7 +217,7 @@ def _against_region(name: str, layer: Layer) -> list[Warning]:
     region = region_of(flat)
     opened = region.buffer(-NO_WIDTH_MM, join_style="mitre").buffer(2.0 * NO_WIDTH_MM, join_style="mitre")
     filled = region.buffer(NO_WIDTH_MM, join_style="mitre").buffer(-BESIDE_MM, join_style="mitre")
-    bridge, seam = float(lines.difference(opened).length), float(lines.intersection(filled).length)
+    bridge, inside = float(lines.difference(opened).length), float(lines.intersection(filled).length)
     where, most = f"{name}: layer {layer.index}", LENGTH_SHARE * lines.length + LENGTH_MM
     found: list[Warning] = []
     if bridge > most:
@@ -225,8 +225,8 @@ def _against_region(name: str, layer: Layer) -> list[Warning]:
         found.append(
             Warning(Code.LAYER_LENGTH, f"{where}: {detail}: the layer is wrong", sub_volume=name, layer=layer.index)
         )
-    if seam > most:
-        detail = f"{seam:.1f} of {lines.length:.1f} mm of its borders run within its material (solids that touch)"
+    if inside > most:
+        detail = f"{inside:.1f} of {lines.length:.1f} mm of its borders run within its material (solids that touch)"
         found.append(Warning(Code.LAYER_SEAM, f"{where}: {detail}", sub_volume=name, layer=layer.index))
     return found
 
