@@ -165,7 +165,7 @@ def _shares(since: Floats, chord: Floats, low: float = 0.0) -> Floats:
 
 
 def difference_of(one: Program, other: Program) -> tuple[int, str] | None:
-    """What differs between a program and what was read back of its text.
+    """What differs between a program and the one read back from its text.
 
     Args:
         one: as it was meant.

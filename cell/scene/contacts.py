@@ -40,7 +40,7 @@ FAR_AWAY = 10.0  # m
 
 
 def set_contact_bits(assembly: CellAssembly) -> None:
-    """Everything may hit everything, but for the wire on the part (a model's own bits only say what collides)."""
+    """Let everything collide but the wire with the part; a model's own bits say only which shapes collide."""
     wires = assembly.wires
     for geom in assembly.world.geoms:
         if not (geom.contype or geom.conaffinity):

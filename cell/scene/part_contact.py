@@ -31,7 +31,7 @@ CARRIERS = (BodyOwner.SUPPORT, BodyOwner.POSITIONER, BodyOwner.FIXTURE)
 
 
 def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
-    """Say what stands in what carries it, and a body that nothing carries.
+    """Warn of parts that are sunk into what carries them, and of a body that nothing carries.
 
     Args:
         scene: the composed cell.
@@ -71,7 +71,7 @@ def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
 
 
 def sunk(scene: Scene) -> Iterator[Warning]:
-    """Say which fixtures reach into shapes of the models or the support that never move against them.
+    """Warn of fixtures that reach into shapes of the models or the support that never move against them.
 
     Args:
         scene: the composed cell.
