@@ -74,7 +74,7 @@ class PathCorners:
         return cls(t[1:-1], np.diff(slope, axis=0), path.zone)
 
     def share(self, away: Floats) -> Floats:
-        """Off the rows by so much of its bend is a path, so far from the corner along it."""
+        """How far a path is off its rows at a distance from a corner, as a share of the corner's bend."""
         out: Floats = np.maximum(self.zone - away, 0.0) ** 2 / (4 * self.zone)
         return out
 

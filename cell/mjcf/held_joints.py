@@ -81,23 +81,23 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> HeldJoi
     except ValueError as error:
         raise InputError(f"{own.model}: does not compile: {' '.join(str(error).split())}") from None
     home = model.key("home").qpos if "home" in keys else None
-    told = [*check_couplings(model, planned, own)]
+    reported = [*check_couplings(model, planned, own)]
     if free or coupled:
         _drop_what_drives(spec)
     if home is not None:
-        told += _dragged(spec, model, own)
+        reported += _dragged(spec, model, own)
     for body in spec.bodies:
         joints = list(body.joints)
         if all(joint.name in planned for joint in joints):
             continue
-        told += _fold(spec, model, body, planned, own, home)
-    return HeldJoints(has, _places(model, home, planned), keys, tuple(_few(told)))
+        reported += _fold(spec, model, body, planned, own, home)
+    return HeldJoints(has, _places(model, home, planned), keys, tuple(_few(reported)))
 
 
-def _few(told: list[Warning]) -> Iterator[Warning]:
+def _few(reported: list[Warning]) -> Iterator[Warning]:
     """Warnings, those of many joints without a name at one place as one: a cable or a cloth has hundreds."""
     alike: dict[str, list[Warning]] = {}
-    for one in told:
+    for one in reported:
         alike.setdefault(re.sub(rf"{UNNAMED}\d+", UNNAMED, one), []).append(one)
     for text, some in alike.items():
         if len(some) < MANY:

@@ -142,7 +142,7 @@ def least_sigma(context: Context, stretches: Sequence[Stretch]) -> float | None:
 
 
 def least_of(context: Context, margins: Iterable[LeastValue | None]) -> LeastValue | None:
-    """Of several least margins the one that is least as a multiple of its limit."""
+    """The smallest of several margins, each as a multiple of its limit."""
     limits = context.limits.values(context.solver.geometry is not None)
     found = [least for least in margins if least is not None]
     return min(found, key=lambda least: least.value / limits[KINDS.index(least.what[0])]) if found else None

@@ -25,7 +25,7 @@ from ..collision.clearances import Clearances
 from ..failure import Failure, FailurePlace, Kind, SearchEffort, Where
 from .bead_outcome import BeadPlan, TargetFailure
 from .blocked_rolls import with_blocked_rolls
-from .collision_free_rolls import configuration_between
+from .collision_free_rolls import roll_between_samples
 from .configurations import Nodes, near_cost
 from .edges.edge_check import SearchedBead, Stretch, check_edges
 from .edges.next_target import true_edges, why_none_leads_on
@@ -358,7 +358,7 @@ class BeadSearch:
             between = None
             if roll is not None:
                 T, table = self.placed.Ts_base_target[i], self.placed.tables(np.array([i]))[0]
-                between = configuration_between(self.context, self.nodes, T, int(self.deposits_laid[i]), roll, table)
+                between = roll_between_samples(self.context, self.nodes, T, int(self.deposits_laid[i]), roll, table)
             out[i] = TargetFailure(replace(failure, between=between, proved=proved), attempt)
         return out
 

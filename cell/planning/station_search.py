@@ -44,7 +44,7 @@ UNKNOWN, FREE, HIT = 0, 1, 2
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """Where a bead comes from, and what its ends are to be well off.
+    """Where the arm comes from, and configurations that the bead's ends have to differ from.
 
     Attributes:
         q_before: where the arm comes from, (j,), rad, or None.

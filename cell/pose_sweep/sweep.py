@@ -139,7 +139,7 @@ def variant_of(job: Job, pose: Pose) -> Job:
 
 
 def first_group(job: Job) -> Job:
-    """Of a part whose table indexes what is built first, with nothing of the rest there; any other part as a whole.
+    """The first group of a part whose table indexes, without the rest; any other part as a whole.
 
     Args:
         job: from ``cell.job.job.prepare``.
@@ -228,7 +228,7 @@ def _measures(result: Result) -> dict[str, Any]:
 
 
 def require_fixed_table(case: Case) -> None:
-    """Refuse a table that moves along the beads: a map says of poses whether what is built at them can be.
+    """Refuse a table that moves along the beads: a map is of fixed poses.
 
     Args:
         case: to be swept.

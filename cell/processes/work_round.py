@@ -1,6 +1,6 @@
 """One round of work: items handed out one by one, to workers and to this process, until all are back.
 
-    found = WorkRound(pool.workers(), send, function, shared, items, tick, order).results()
+    found = WorkRound(work, workers, send, tick).results(meanwhile)
 
 This process works like the others. Meanwhile a thread of its own hears what workers say, so that none of them waits
 until an item is done here. Whoever is free takes the next item; results do not depend on who that is.

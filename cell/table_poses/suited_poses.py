@@ -173,7 +173,7 @@ def upright_band(job: Job, group: TableGroup, pose: Angles) -> int:
 
 
 def serves(job: Job, group: TableGroup, pose: Angles) -> bool:
-    """Whether nothing speaks against a pose for a group, with what is built before it there."""
+    """Whether a pose suits a group, with everything there that is built before it."""
     own = with_targets_of(job, group)
     E1_deg, E2_deg = np.rad2deg(pose).tolist()
     return screen(own, E1_deg, E2_deg, int(own.laid.max())) is None

@@ -362,7 +362,7 @@ def _lost(found: SpanVerdict) -> int:
 
 
 def unproved(row: TargetVerdict) -> TargetVerdict:
-    """The same with nothing proved: that a target is infeasible at one pose says nothing of others."""
+    """The same with nothing proved, because a target that is infeasible at one pose may be feasible at another."""
     return row if row.failure is None else replace(row, failure=replace(row.failure, proved=False))
 
 

@@ -176,7 +176,7 @@ def track_edges(
 
 
 def off_bead(T: Floats, position: Floats, normal: Floats, close: BeadTolerance) -> Floats:
-    """How far poses of the TCP (m, 4, 4) are off points and deposition directions, (m,), as shares of what they may."""
+    """Deviation of TCP poses (m, 4, 4) from points and deposition directions, (m,), as shares of the tolerance."""
     off = np.linalg.norm(T[:, :3, 3] - position, axis=1)
     # half the chord, since an angle as small as this is lost in its cosine
     wire_angle = 2 * np.arcsin(np.clip(np.linalg.norm(T[:, :3, 2] + normal, axis=1) / 2, 0.0, 1.0))
@@ -354,7 +354,7 @@ def _judged(solver: Solver, q: Floats, margin: Floats, least: Floats, ends: Floa
 
 
 def thinnest(margin: Floats, least: Floats) -> Failure:
-    """The margin (m, 4) that is smallest against what it has to keep (4,)."""
+    """The margin of (m, 4) that is smallest in proportion to its limit (4,)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(least > 0, margin / least, np.inf)
     k, kind = np.unravel_index(int(np.argmin(share)), share.shape)

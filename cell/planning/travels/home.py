@@ -40,7 +40,7 @@ class HomeTravels:
 
 @dataclass(frozen=True, eq=False)
 class SpanEnds:
-    """How beads that are welded at one pose of the table are come to and left.
+    """How the arm comes to the beads that are welded at one table pose, and how it leaves them.
 
     Attributes:
         first: the first of them.

@@ -194,7 +194,7 @@ def _grown(tree: _Tree, space: Space, towards: Floats, free: Free) -> tuple[Ints
 
 
 def with_shortcuts(space: Space, path: Floats, free: Free, attempts: int, seed: int) -> Floats:
-    """The same way with what is not needed cut out: corners first, then between random places on it.
+    """The same path with shortcuts: past corners first, then between random places on it.
 
     Args:
         space: joint space.

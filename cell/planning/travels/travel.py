@@ -134,7 +134,7 @@ class _TravelSearch:
         self.wire = context.wire
 
     def search(self) -> TravelPath | Failure:
-        """The first way that is free with room, of ever costlier ones; without room, the one that has most of it."""
+        """The first free path with enough room, cheap ones first; if none has enough, the one with most room."""
         clearest: TravelPath | None = None
         leaves: list[Leg] = []
         arrives: list[Leg] = []

@@ -84,8 +84,8 @@ def _read_binary(file: Path) -> Triangles:
             Warning(Code.MESH_FILE, f"{file}: {len(parts)} binary STL files one after the other; all were read")
         )
     if at < size:
-        told = f"{size - at:,} bytes after the last triangle were not read: the header does not count them"
-        lines.append(Warning(Code.MESH_FILE, f"{file}: {told}"))
+        detail = f"{size - at:,} bytes after the last triangle were not read: the header does not count them"
+        lines.append(Warning(Code.MESH_FILE, f"{file}: {detail}"))
     return _of_corners(np.concatenate(parts), lines)
 
 
