@@ -189,7 +189,7 @@ MUTANTS = (
     # slicing
     Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("slicing/volume/test_solid_flux.py", "slicing/volume/test_layer_areas.py")),
     Mutant("slicing/volume/layer_areas.py", "4.0 * ends[1]", "3.9 * ends[1]", ("slicing/volume/test_layer_areas.py",)),
-    Mutant("slicing/layers/thickness.py", "np.minimum(to_below, to_body)", "to_below", ("slicing/strategies/test_layers.py", "slicing/curves/test_analytic_sections.py")),
+    Mutant("slicing/layers/thickness.py", "np.minimum(to_below, to_body)", "to_below", ("slicing/strategies/test_planar_layers.py", "slicing/curves/test_analytic_sections.py")),
     Mutant("slicing/surfaces/cylinders.py", "inner**2 + half * half", "inner**2", (SURFACES,)),
     Mutant("slicing/surfaces/cylinders.py", "math.sqrt(square) + apart", "math.sqrt(square) + 2.0 * apart", (SURFACES,)),
     Mutant("slicing/surfaces/cylinders.py", "            return 0.0  # the axis passes through a face\n", "            pass\n", (SURFACES,)),
