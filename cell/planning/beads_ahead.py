@@ -2,7 +2,7 @@
 
     ahead = BeadsAhead(context, firsts, stop)
     bead = ahead.bead(first, q_before)          # None: it is to be planned by itself
-    failed = ahead.failed_search(first, q_before)       # then: the quick search of it that found no way, if there was one
+    failed = ahead.failed_search(first, q_before)  # then: the quick search of it that found no path, if there was one
     way = ahead.travel(last, bead)              # None: it is to be searched
 
 Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
