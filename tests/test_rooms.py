@@ -19,6 +19,7 @@ FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
             "arrays",
             "errors",
             "failure_facts",
+            "freed_memory",
             "plain",
             "printable",
             "progress",
@@ -161,7 +162,7 @@ ANY_VALUES = {
     "the variables of a KRL program": """
         cell/programs/krl/bas cell/programs/krl/data cell/programs/krl/state cell/programs/krl/values""",
     "columns of a table, or keyword arguments": """
-        cell/planning/edges/densify cell/programs/program cell/scene/scene cell/scene/workpiece""",
+        cell/planning/edges/densify cell/programs/program cell/scene/workpiece""",
     "annotations of a class": "slicing/annotations slicing/parameters",
 }
 

@@ -23,6 +23,7 @@ REPLACED = {
     "LEAST_CHUNK": "of a whole check, likewise",
     "LEAST_PIECE": "of the check of a motion: one that is long enough would take a minute",
     "MANY_GEOMS": "of every checker: a cell that is large enough takes seconds to compile",
+    "MANY_VERTICES": "of every cell, likewise",
     "MOST_FACES": "of every reader of meshes: a mesh that is large enough takes a gigabyte",
     "WORTH_A_START": "of a whole check, as LARGE_PART",
 }

@@ -1,8 +1,8 @@
 """Which bodies of a large part are near enough to the arm to be checked.
 
-    near = BroadPhase.of(scene, model, data)       # None for a part of one body
+    near = BroadPhase.of(scene, data)              # None for a part of one body
     for room in near.rooms(q): ...             # q (m, n) rad: how far each body is from the arm at least, (b,) m
-    near.select(room, reach)                   # before mj_collision: leaves out what is too far off
+    near.select(model.body_conaffinity, room, reach)  # before mj_collision: leaves out what is too far off
 
 MuJoCo goes through every geom of each body that may be hit, which for a part of thousands of layers costs more than the
 collisions. Spheres around geoms and bodies overlap wherever the geoms come within reach of each other: nothing within
@@ -35,7 +35,6 @@ class BroadPhase:
     """Bodies of the part's pieces, at one table pose.
 
     Attributes:
-        model: whose bodies are left out.
         bodies: ids, (b,).
         conaffinity: their own, (b,).
         centre: of each body's pieces, (b, 3), world frame.
@@ -44,7 +43,6 @@ class BroadPhase:
         poses: kinematics of the arm.
     """
 
-    model: mujoco.MjModel
     bodies: Ints
     conaffinity: NDArray[np.int32]
     centre: Floats
@@ -53,17 +51,15 @@ class BroadPhase:
     poses: ArmPoses
 
     @classmethod
-    def of(
-        cls, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, poses: ArmPoses | None = None
-    ) -> BroadPhase | None:
+    def of(cls, scene: Scene, data: mujoco.MjData, poses: ArmPoses | None = None) -> BroadPhase | None:
         """Prepare.
 
         Args:
             scene: the composed cell, with the arm's own joints alone.
-            model: the checker's copy of its model, of which bodies are left out.
             data: its table's pose, after mj_kinematics.
             poses: kinematics of the arm, where there is one already.
         """
+        model = scene.model
         bodies = [b for b in range(model.nbody) if model.body(b).name.startswith("pieces_")]
         if not bodies:
             return None
@@ -75,7 +71,7 @@ class BroadPhase:
         geoms = np.flatnonzero(scene.arm_geom & scene.contact_bits.any(axis=0))
         both = model.geom_rbound[geoms][:, None] + radius + SLACK
         own = scene.body_conaffinity[bodies]
-        return cls(model, np.array(bodies), own, centre, geoms, both, poses or ArmPoses(scene))
+        return cls(np.array(bodies), own, centre, geoms, both, poses or ArmPoses(scene))
 
     def rooms(self, q: Floats) -> Iterator[Floats]:
         """How far bodies are from whatever of the arm may collide, at least.
@@ -93,6 +89,12 @@ class BroadPhase:
             away = np.sqrt(np.maximum(square, 0.0)).reshape(-1, *self.radius.shape)
             yield from (away - self.radius).min(axis=1)
 
-    def select(self, room: Floats, reach: float) -> None:
-        """Let bodies collide that something of the arm may be within reach of (m), and no others."""
-        self.model.body_conaffinity[self.bodies] = np.where(room <= reach, self.conaffinity, 0)
+    def select(self, conaffinity: NDArray[np.int32], room: Floats, reach: float) -> None:
+        """Let bodies collide that something of the arm may be within reach of, and no others.
+
+        Args:
+            conaffinity: of all bodies of a model, in which it is set, (nbody,).
+            room: from :meth:`rooms`, (b,), m.
+            reach: how far is looked, m.
+        """
+        conaffinity[self.bodies] = np.where(room <= reach, self.conaffinity, 0)

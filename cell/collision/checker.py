@@ -30,7 +30,7 @@ from ..errors import InputError
 from .arm_poses import ArmPoses, as_slice
 from .broad_phase import BroadPhase
 from .clearances import Clearances
-from .model_copies import borrowed
+from .model_copies import Switched, lent
 from .near_pairs import NearPairs
 from .proofs.motion_bounds import CoupledBounds, MotionBounds, joint_travel_bound
 
@@ -42,6 +42,7 @@ DOUBTFUL = 0.01  # share of how far is looked: of small shapes that penetrate Mu
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
 STEPS_TOGETHER = 5_000  # that are bounded together: each takes some 4 kB meanwhile
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
+AWAY = 1e4  # m
 CONTACTS = 20  # that cost as much as a configuration without any
 MANY_GEOMS = 1000  # geoms, from which MuJoCo's kinematics of all of them costs more than ours of the arm
 
@@ -79,10 +80,6 @@ class QueryCount:
         return self.count + self.contacts / CONTACTS
 
 
-class _Users:
-    """Stands for all checkers that work with one copy of a model: once none is left it may be somebody else's."""
-
-
 class Checker:
     """Collision detection of one scene at one table pose; one for each thread, the scene may be shared."""
 
@@ -90,6 +87,7 @@ class Checker:
     table: tuple[float, float]
     reach: float
     asked: QueryCount
+    _switched: Switched  # what collides is set in it; lent as long as a look lasts
     moving = 2  # of two things that get nearer to one another so many may be parts of the arm
 
     def __init__(
@@ -110,33 +108,28 @@ class Checker:
             reach: distances are known out to here, m.
             without: deposits that do not count, laid or not.
             pair_gap: NEVER where the pairs that the model names do not count; the reach where it is not given.
-            beside: another one of the same scene, table and pair gap, in the same thread, whose copy of the model this
-                one works with as well: what differs is set anew in it whenever either of them is asked.
+            beside: another one of the same scene, table and pair gap, in the same thread, whose data of MuJoCo's this
+                one works with as well.
         """
         self.scene = scene
         self.table = table
         self.reach = reach
         self.without = tuple(without)
         self.asked = QueryCount()
-        # what collides is switched in it; the scene's own stays as it is
-        self._model: mujoco.MjModel
-        self._data: mujoco.MjData
-        self._users: _Users = _Users() if beside is None else beside._users
-        if beside is not None:
-            self._model, self._data = beside._model, beside._data
-        else:
-            self._model = borrowed(scene.model, self._users, () if pair_gap is None else _named_pairs(scene))
-            self._data = mujoco.MjData(self._model)
+        self._data: mujoco.MjData = mujoco.MjData(scene.model) if beside is None else beside._data
         self._data.qpos[scene.table_qpos] = table
         self.pair_gap = pair_gap
         self._hard = scene.contact_bits.any(axis=0).astype(np.float64)
         self._hard_body = np.zeros(scene.model.nbody)
         np.maximum.at(self._hard_body, scene.model.geom_bodyid, self._hard)
-        mujoco.mj_kinematics(self._model, self._data)  # what stands on the table stays there
+        self._away = np.array(() if pair_gap is None else _named_pairs(scene), dtype=np.int64)
+        self._places_away = np.zeros((len(self._away), 3))
+        self._places_away[:, 2] = AWAY * (1 + self._away)  # far from each other as well
+        self._stand()  # what stands on the table stays there
         # where the table's axes move as well, all of it has to follow
         arm_alone = len(scene.arm_qpos) == scene.chain.n
         self._poses = ArmPoses(scene) if scene.model.ngeom > MANY_GEOMS and arm_alone else None
-        self._broad_phase = BroadPhase.of(scene, self._model, self._data, self._poses) if arm_alone else None
+        self._broad_phase = BroadPhase.of(scene, self._data, self._poses) if arm_alone else None
         self._room: Floats = np.zeros(0)
         self._arm_body = np.zeros(scene.model.nbody, dtype=bool)
         self._arm_body[scene.model.geom_bodyid[scene.arm_geom]] = True
@@ -144,8 +137,6 @@ class Checker:
         self._ignored = np.isin(scene.deposit_of_geom, list(without))
         self._swept: MotionBounds | CoupledBounds | None = None
         self._far = -1.0
-        # MuJoCo's own arrays: to ask the model for one costs as much as to write to it
-        self._gaps = self._model.geom_gap, self._model.body_margin, self._model.pair_gap
         self._qpos, self._arm_qpos = self._data.qpos, as_slice(scene.arm_qpos)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -256,14 +247,15 @@ class Checker:
     def _each(self, q: Floats, deposits_laid: Ints) -> Iterator[int]:
         """Bring the arm into one configuration after the other, with what is laid by then: the row of each."""
         self.asked.count += len(q)
-        self._far = -1.0  # somebody else may have had the model meanwhile
-        for laid in np.unique(deposits_laid):
-            self._lay(int(laid), arm_alone=True)
-            rows = np.flatnonzero(deposits_laid == laid)
-            rooms = repeat(self._room) if self._broad_phase is None else self._broad_phase.rooms(q[rows])
-            for i, room, _ in zip(rows.tolist(), rooms, self._put(q[rows]), strict=False):
-                self._room = room
-                yield i
+        with lent(self.scene.model) as self._switched:
+            self._far = -1.0  # somebody else has had the copy meanwhile
+            for laid in np.unique(deposits_laid):
+                self._lay(int(laid), arm_alone=True)
+                rows = np.flatnonzero(deposits_laid == laid)
+                rooms = repeat(self._room) if self._broad_phase is None else self._broad_phase.rooms(q[rows])
+                for i, room, _ in zip(rows.tolist(), rooms, self._put(q[rows]), strict=False):
+                    self._room = room
+                    yield i
         if self._data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
             # pairs were left out: the nearest may be among them
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")
@@ -324,8 +316,8 @@ class Checker:
         """Find all pairs out to some distance; how many."""
         self._look_out_to(far)
         if self._broad_phase is not None:
-            self._broad_phase.select(self._room, far)
-        mujoco.mj_collision(self._model, self._data)
+            self._broad_phase.select(self._switched.body_conaffinity, self._room, far)
+        mujoco.mj_collision(self._switched.model, self._data)
         return int(self._data.ncon)
 
     def _coarser(self, far: float) -> float:
@@ -339,36 +331,42 @@ class Checker:
         if far == self._far:
             return
         self._far = far
-        of_geoms, of_bodies, of_pairs = self._gaps
+        switched = self._switched
         # it reports a pair out to the sum of its geoms' gaps, and of bodies further apart than this it reports none
-        np.multiply(self._hard, far / 2, out=of_geoms)
-        np.multiply(self._hard_body, far / 2, out=of_bodies)
-        of_pairs.fill(far if self.pair_gap is None else self.pair_gap)
+        np.multiply(self._hard, far / 2, out=switched.geom_gap)
+        np.multiply(self._hard_body, far / 2, out=switched.body_margin)
+        switched.pair_gap.fill(far if self.pair_gap is None else self.pair_gap)
 
     def _put(self, q: Floats) -> Iterator[None]:
         """Bring the arm into one configuration after the other."""
         if self._poses is not None:
             yield from self._poses.put(self._data, q)
             return
-        model, data, qpos, arm = self._model, self._data, self._qpos, self._arm_qpos
+        qpos, arm = self._qpos, self._arm_qpos
         for row in q:
             qpos[arm] = row
-            mujoco.mj_kinematics(model, data)
+            self._stand()
             yield
+
+    def _stand(self) -> None:
+        """Have all of the cell stand as its joints do, but for shapes that are to be far from everything."""
+        mujoco.mj_kinematics(self.scene.model, self._data)
+        if len(self._away):
+            self._data.geom_xpos[self._away] = self._places_away
 
     def _lay(self, deposits_laid: int, *, arm_alone: bool) -> None:
         """Let the deposits below a number collide, and no others: what is not there yet costs nothing.
 
         Nor does what stands on the table against the cell around it, if it is only the arm that moves.
         """
-        scene, model = self.scene, self._model
+        scene, switched = self.scene, self._switched
         there = (scene.deposit_of_geom < deposits_laid) & ~self._ignored
         hits = there & scene.arm_geom if arm_alone else there
         # a pair collides where one's contype meets the other's conaffinity: the arm's own meet all there is
-        model.geom_contype[:] = np.where(hits, scene.contact_bits[0], 0)
-        model.geom_conaffinity[:] = np.where(there, scene.contact_bits[1], 0)
-        model.body_conaffinity[:] = scene.body_conaffinity
-        model.body_contype[:] = np.where(self._arm_body, self._body_contype, 0) if arm_alone else self._body_contype
+        switched.geom_contype[:] = np.where(hits, scene.contact_bits[0], 0)
+        switched.geom_conaffinity[:] = np.where(there, scene.contact_bits[1], 0)
+        switched.body_conaffinity[:] = scene.body_conaffinity
+        switched.body_contype[:] = np.where(self._arm_body, self._body_contype, 0) if arm_alone else self._body_contype
 
 
 def _made(

@@ -1,50 +1,67 @@
-"""Copies of a model in which what collides is switched, used again once nobody uses them any more.
+"""Copies of a model in which what collides is switched: lent for one look, then used again for the next.
 
-    model = borrowed(scene.model, checker)               # a copy for this checker alone, then for the next
-    model = borrowed(scene.model, checker, away=(3, 7))  # one in which these shapes are far from everything
+    with lent(scene.model) as switched:       # nobody else has it meanwhile, in this thread or another
+        switched.geom_contype[:] = ..
+        mujoco.mj_collision(switched.model, data)
 
-The copy of a cell with a thousand deposits takes as long as hundreds of configurations, and checkers are made by the
-dozen. What a borrower changes stays changed: it may change only what every borrower sets before it looks.
+The copy of a cell with two thousand deposits takes as long as hundreds of configurations and as much memory as the rest
+of a check, and checkers are made by the dozen. So there are as many copies as looks at once: one in each thread. What a
+borrower changes stays changed: it may change only what every borrower sets before it looks.
 """
 
 from __future__ import annotations
 
 import copy
 import weakref
-from collections import defaultdict, deque
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import mujoco
 
-AWAY = 1e4  # m
-MOST_SPARE = 4  # copies of a kind that are kept for the next
-
-_Spare = defaultdict[tuple[int, ...], deque[mujoco.MjModel]]
-_spare: weakref.WeakKeyDictionary[mujoco.MjModel, _Spare] = weakref.WeakKeyDictionary()
+MOST_SPARE = 4  # copies that are kept for the next
 
 
-def borrowed(model: mujoco.MjModel, by: object, away: tuple[int, ...] = ()) -> mujoco.MjModel:
-    """A copy of a model for one borrower alone, until that is gone.
+class Switched:
+    """A copy of a model, and those of its arrays that are switched: to ask a model for one costs as much as to write.
+
+    Attributes:
+        model: the copy.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        """Copy a model; it stays as it is."""
+        self.model: mujoco.MjModel = copy.copy(model)
+        mine = self.model
+        self.geom_contype, self.geom_conaffinity = mine.geom_contype, mine.geom_conaffinity
+        self.body_contype, self.body_conaffinity = mine.body_contype, mine.body_conaffinity
+        self.geom_gap, self.body_margin, self.pair_gap = mine.geom_gap, mine.body_margin, mine.pair_gap
+
+
+_spare: weakref.WeakKeyDictionary[mujoco.MjModel, deque[Switched]] = weakref.WeakKeyDictionary()
+
+
+@contextmanager
+def lent(model: mujoco.MjModel) -> Iterator[Switched]:
+    """A copy of a model for one borrower alone, as long as the block lasts.
 
     Args:
         model: what is copied; stays as it is.
-        by: who uses the copy.
-        away: ids of shapes that are moved away in it, each to a place of its own.
 
-    Returns:
+    Yields:
         The copy: a new one, or one that somebody has used before.
     """
-    spare = _spare.setdefault(model, defaultdict(_few))[away]
+    spare = _spare.setdefault(model, deque(maxlen=MOST_SPARE))
     try:
         mine = spare.pop()
     except IndexError:
-        mine = copy.copy(model)
-        for geom in away:
-            # MuJoCo leaves the place of a shape that stands in its body's own frame unread
-            mine.geom_sameframe[geom] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
-            mine.geom_pos[geom, 2] = AWAY * (1 + geom)
-    weakref.finalize(by, spare.append, mine).atexit = False
-    return mine
+        mine = Switched(model)
+    try:
+        yield mine
+    finally:
+        spare.append(mine)
 
 
-def _few() -> deque[mujoco.MjModel]:
-    return deque(maxlen=MOST_SPARE)
+def discard_spare(model: mujoco.MjModel) -> None:
+    """Let go of the copies of a model that nobody has: once a check is over, memory is needed for something else."""
+    _spare.pop(model, None)

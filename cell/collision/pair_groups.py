@@ -1,7 +1,7 @@
 """The pairs that an arm's clearance is the least of, in two groups: with what is none of it, and with itself.
 
     still = PairGroupChecker(checker, itself=False)
-    itself = PairGroupChecker(checker, itself=True, beside=still)   # with the same copy of the model
+    itself = PairGroupChecker(checker, itself=True, beside=still)   # with the same data of MuJoCo's
     still.pairs_within(q, deposits_laid, far)       # of the group's pairs alone
 
 Against what stands still a part of the arm gets nearer by its own travel; of two parts of the arm both may move. Every
@@ -51,13 +51,13 @@ class PairGroupChecker(Checker):
 
     def _lay(self, deposits_laid: int, *, arm_alone: bool) -> None:
         super()._lay(deposits_laid, arm_alone=arm_alone)
-        model, arm = self._model, self.scene.arm_geom
+        switched, arm = self._switched, self.scene.arm_geom
         if self.itself:
-            model.geom_conaffinity[~arm] = 0
-            model.body_conaffinity[~self._moving_body] = 0
+            switched.geom_conaffinity[~arm] = 0
+            switched.body_conaffinity[~self._moving_body] = 0
         else:
-            model.geom_conaffinity[arm] = 0
-            model.body_conaffinity[self._arm_body] = 0
+            switched.geom_conaffinity[arm] = 0
+            switched.body_conaffinity[self._arm_body] = 0
 
 
 _made: weakref.WeakKeyDictionary[Checker, tuple[PairGroupChecker, PairGroupChecker]] = weakref.WeakKeyDictionary()

@@ -50,7 +50,7 @@ def _made_of(checker: Checker) -> Checker | None:
     scene = wire_scene(checker.scene)
     if scene is None:
         return None
-    # where the model names pairs, it takes a copy in which they are never met
+    # where the model names pairs, it takes data in which they are never met
     beside = None if scene.model.npair else checker
     return _WireChecker(scene, checker.table, checker.without, beside)
 

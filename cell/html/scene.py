@@ -13,6 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from ..collision.model_copies import discard_spare
 from ..scene.composition import BodyOwner
 from ..verdict.result import Result
 from ..view.camera import camera, still, target_to_show
@@ -35,6 +36,7 @@ def scene_json(pack: Pack, result: Result) -> dict[str, Any]:
         ``bodies``, ``geoms``, ``culprits`` (geom name to the drawn geoms that stand for it), ``part``, ``tcp``,
         ``floor``, ``cameras``.
     """
+    discard_spare(result.job.scene.model)  # the page takes a copy of its own
     staged = StagedScene(result)
     model = staged.model
     hit = _culprits(result, staged)

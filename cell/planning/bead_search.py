@@ -369,7 +369,7 @@ class BeadSearch:
         # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to check
         exhaustive = bool(self.nodes.exhaustive and self.nodes.window.is_fixed and self.context.limits.wrist > 0)
         failure = replace(self.context.describe(found, 0), roll_deg=roll, proved=exhaustive)
-        return TargetFailure(failure, self.nodes.q[i][node])
+        return TargetFailure(failure, self.nodes.q[i][node].copy())  # not all candidates of the bead with it
 
     def _proofs(self, targets: list[int]) -> dict[int, tuple[bool, float | None]]:
         """Whether targets are proved out at every allowed roll; else, a roll between the samples that reaches, rad."""

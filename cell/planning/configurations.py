@@ -106,7 +106,7 @@ class Nodes:
         share = np.where(among, short.min(axis=-1), -1.0)
         node = np.unravel_index(int(np.argmax(share)), share.shape)
         kind = int(np.argmin(short[node]))
-        q = self.q[i][node]
+        q = self.q[i][node].copy()  # kept with the failure: not all candidates of the bead with it
         _, factor = MARGIN_UNITS[KINDS[kind]]
         failure = Failure(
             Kind.SINGULAR,
@@ -137,7 +137,7 @@ class Nodes:
             axis=self.solver.chain.names[joint],
             roll_deg=_deg(self.rolls[node[0]]),
         )
-        return failure, self.raw[i][node]
+        return failure, self.raw[i][node].copy()
 
 
 def _deg(angle: float) -> float:
@@ -199,13 +199,15 @@ def nodes_at_rolls(
         solver.candidates(apply_roll(Ts[i : i + per_pass, None], rolls).reshape(-1, 4, 4))
         for i in range(0, n, per_pass)
     ]
-    q = _joined([p.q for p in parts])
-    q = q.reshape(n, r, *q.shape[1:])
-    margin = margins(solver.chain, solver.geometry, q)
+    q = _joined([p.q for p in parts]).reshape(n, r, len(parts[0].raw[0]), -1, solver.chain.n)
+    margin, cost = np.empty((*q.shape[:-1], len(KINDS))), np.empty(q.shape[:-1])
     least = limits.values(solver.geometry is not None)
-    allowed = np.isfinite(q[..., 0]) & (margin >= least).all(axis=-1)
-    room = np.minimum(q - solver.chain.lower, solver.chain.upper - q).min(axis=-1)
-    cost = np.where(allowed, node_cost(room, margin, least), np.inf)
+    for i in range(0, n, per_pass):
+        some = slice(i, i + per_pass)
+        margin[some] = margins(solver.chain, solver.geometry, q[some])
+        allowed = np.isfinite(q[some, ..., 0]) & (margin[some] >= least).all(axis=-1)
+        room = np.minimum(q[some] - solver.chain.lower, solver.chain.upper - q[some]).min(axis=-1)
+        cost[some] = np.where(allowed, node_cost(room, margin[some], least), np.inf)
     shape = (n, r, -1, solver.chain.n)
     return Nodes(
         solver=solver,
@@ -225,9 +227,12 @@ def nodes_at_rolls(
 def _joined(parts: list[Floats]) -> Floats:
     """Candidates of several passes, padded to the most combinations of turns that any of them has."""
     k = max(p.shape[2] for p in parts)
-    return np.concatenate(
-        [np.pad(p, ((0, 0), (0, 0), (0, k - p.shape[2]), (0, 0)), constant_values=np.nan) for p in parts]
-    )
+    out = np.full((sum(map(len, parts)), parts[0].shape[1], k, parts[0].shape[3]), np.nan)
+    first = 0
+    for p in parts:
+        out[first : first + len(p), :, : p.shape[2]] = p
+        first += len(p)
+    return out
 
 
 def node_cost(room: Floats, margin: Floats, least: Floats) -> Floats:

@@ -5,13 +5,14 @@
     scene.T_base_part(E1, E2)                 # where the part is, seen from the arm
     standalone_xml(scene)                     # one MJCF that plain MuJoCo loads
 
-Every model keeps its own names where it can, so that a user can swap any of them and bind other names in the case file;
+What the model is compiled from takes two to three times the memory of the model, and is not kept. Every model keeps its
+own names where it can, so that a user can swap any of them and bind other names in the case file;
 what a shape belongs to is known by its number, never by its name. World frame: z up, metres.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -22,6 +23,7 @@ from slicing import Code, PartShape, Warning
 
 from ..case.sections import Case
 from ..errors import InputError
+from ..freed_memory import give_back
 from ..mjcf.chain_from_model import chain_of, check_base, check_count, check_names
 from ..mjcf.detection import lean_cylinders, make_detectable
 from ..mjcf.held_joints import HeldJoints
@@ -37,6 +39,7 @@ from .table_axes import table_axes
 from .workpiece import MANY_PIECES, add_fixture, add_part
 from .world import surroundings
 
+MANY_VERTICES = 50_000  # of meshes, from which what was needed to compile them is worth giving back
 WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
 WIRE_AHEAD = 0.1  # share of its length by which a wire's middle may lie ahead of the TCP
 
@@ -56,6 +59,50 @@ def compose(case: Case, part: PartShape, together: int = MANY_PIECES) -> Scene:
     Raises:
         InputError: a model file is missing or does not compile, or a name the case binds is not in it.
     """
+    scene = _compiled(put_together(case, part, together), part)
+    if scene.model.nmeshvert > MANY_VERTICES:
+        give_back()
+    return scene
+
+
+def _compiled(cell: Uncompiled, part: PartShape) -> Scene:
+    """The cell's model, and what all in it is.
+
+    Raises:
+        InputError: it does not compile, or a name the case binds is not in it.
+    """
+    pieces, case = cell.pieces, cell.pieces.case
+    try:
+        model = pieces.world.compile()
+    except ValueError as error:
+        raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
+    lean_cylinders(model)
+    scene = _bind(pieces, model, part, cell.arm.home)
+    told = (*cell.arm.warnings, *cell.table.warnings, *_without_home(case, scene, cell.arm))
+    return replace(scene, warnings=(*scene.warnings, *told, *part_contact_warnings(scene, part), *sunk(scene)))
+
+
+@dataclass(frozen=True, eq=False)
+class Uncompiled:
+    """A cell that is put together and not compiled yet.
+
+    Attributes:
+        pieces: the cell, and what belongs to what.
+        arm: what was made of the robot.
+        table: what was made of the positioner.
+    """
+
+    pieces: CellAssembly
+    arm: HeldJoints
+    table: HeldJoints
+
+
+def put_together(case: Case, part: PartShape, together: int = MANY_PIECES) -> Uncompiled:
+    """Put the cell together, as of :func:`compose`.
+
+    Raises:
+        InputError: a model file is missing or cannot be used, or a name the case binds is not in it.
+    """
     pieces = CellAssembly(surroundings(case), case)
     check_names(case.robot.joints)
     arm = add_robot(pieces)
@@ -68,14 +115,7 @@ def compose(case: Case, part: PartShape, together: int = MANY_PIECES) -> Scene:
     leave_out_table(pieces)
     set_contact_bits(pieces)
     make_detectable(pieces.world, case)
-    try:
-        model = pieces.world.compile()
-    except ValueError as error:
-        raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
-    lean_cylinders(model)
-    scene = _bind(pieces, model, part, arm.home)
-    told = (*arm.warnings, *table.warnings, *_without_home(case, scene, arm))
-    return replace(scene, warnings=(*scene.warnings, *told, *part_contact_warnings(scene, part), *sunk(scene)))
+    return Uncompiled(pieces, arm, table)
 
 
 def _bind(pieces: CellAssembly, model: mujoco.MjModel, part: PartShape, home: dict[str, float]) -> Scene:
@@ -106,7 +146,7 @@ def _bind(pieces: CellAssembly, model: mujoco.MjModel, part: PartShape, home: di
     return Scene(
         case=case,
         model=model,
-        spec=pieces.world,
+        part=part,
         chain=chain,
         arm_qpos=model.jnt_qposadr[arm_joints].astype(np.int64),
         table_qpos=model.jnt_qposadr[table_joints].astype(np.int64),
@@ -237,12 +277,3 @@ def _speeds(model: mujoco.MjModel, case: Case) -> Floats:
     if len(speeds) != n or not np.all(speeds > 0):
         raise InputError(f"{case.path}: the robot's numeric max_speed_deg_s needs {n} positive values")
     return np.deg2rad(speeds)
-
-
-def _without_images(spec: mujoco.MjSpec) -> None:
-    """Leave out textures that are files; materials keep their colours."""
-    images = {texture.name for texture in spec.textures if texture.file or any(texture.cubefiles)}
-    for material in spec.materials:
-        material.textures = ["" if name in images else name for name in material.textures]
-    for texture in [t for t in spec.textures if t.name in images]:
-        spec.delete(texture)

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from ik.chain import Chain, Floats
-from slicing import Warning
+from slicing import PartShape, Warning
 
 from ..case.sections import Case
 from ..errors import InputError
@@ -32,7 +31,7 @@ class Scene:
     Attributes:
         case: what it was made from.
         model: MuJoCo's model.
-        spec: what it was compiled from.
+        part: shapes of the part that stands in it.
         chain: the arm with its tool, base frame = the robot's base body.
         arm_qpos: places of the arm's joints in qpos, (n,).
         table_qpos: places of E1, E2 in qpos, (2,).
@@ -60,7 +59,7 @@ class Scene:
 
     case: Case
     model: mujoco.MjModel
-    spec: mujoco.MjSpec
+    part: PartShape
     chain: Chain
     arm_qpos: NDArray[np.int64]
     table_qpos: NDArray[np.int64]
@@ -83,10 +82,6 @@ class Scene:
     base_body: int
     sites: dict[str, int]
     warnings: tuple[Warning, ...] = ()
-
-    def __getstate__(self) -> dict[str, Any]:
-        """For another process: without the spec, which cannot be sent; cells are composed where the case was read."""
-        return {**self.__dict__, "spec": None}
 
     @property
     def start(self) -> Floats | None:

@@ -7,9 +7,10 @@ Use:
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 
-from .compose import _without_images
+from .compose import put_together
 from .scene import Scene
 
 
@@ -24,7 +25,7 @@ def standalone_xml(scene: Scene) -> str:
     """
     import trimesh
 
-    spec = scene.spec.copy()
+    spec = put_together(scene.case, scene.part).pieces.world
     for mesh in spec.meshes:
         if not mesh.file:
             continue
@@ -33,4 +34,14 @@ def standalone_xml(scene: Scene) -> str:
         mesh.userface = np.asarray(solid.faces, dtype=np.int32).ravel()
         mesh.file = ""
     _without_images(spec)
+    spec.compile()
     return str(spec.to_xml())
+
+
+def _without_images(spec: mujoco.MjSpec) -> None:
+    """Leave out textures that are files; materials keep their colours."""
+    images = {texture.name for texture in spec.textures if texture.file or any(texture.cubefiles)}
+    for material in spec.materials:
+        material.textures = ["" if name in images else name for name in material.textures]
+    for texture in [t for t in spec.textures if t.name in images]:
+        spec.delete(texture)

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-import gc
+import copy
+from collections.abc import Callable
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pytest
 from support.jobs.cases import little_case
 
+from cell.arrays import Ints
 from cell.case.read import load_case
-from cell.collision.checker import Checker
-from cell.collision.model_copies import AWAY, MOST_SPARE, borrowed
+from cell.collision import model_copies
+from cell.collision.checker import NEVER, Checker
+from cell.collision.model_copies import Switched, lent
 from cell.collision.pair_groups import PairGroupChecker, pair_groups
 from cell.collision.table_clearances import TableChecker
-from cell.collision.wire import wire_checker
+from cell.collision.wire import wire_checker, wire_scene
 from cell.job.job import prepare
-
-
-class Borrower:
-    """Somebody."""
+from cell.scene.scene import Scene
+from ik.chain import Floats
 
 
 def a_model() -> mujoco.MjModel:
@@ -29,28 +31,53 @@ def a_model() -> mujoco.MjModel:
 
 def test_a_copy_is_for_one_at_a_time_and_then_for_the_next() -> None:
     model = a_model()
-    one, other = Borrower(), Borrower()
-    first, second = borrowed(model, one), borrowed(model, other)
-    assert first is not second
-    assert first is not model
-    del one
-    again = Borrower()
-    assert borrowed(model, again) is first
-    beside = borrowed(model, again)  # all that were given back are taken
-    assert beside is not first
-    assert beside is not second
-    assert borrowed(a_model(), again) is not first
+    with lent(model) as first, lent(model) as second:
+        assert first is not second
+        assert first.model is not model
+        first.geom_gap[:] = 3.0
+        assert first.model.geom_gap[0] == 3.0
+        assert second.model.geom_gap[0] == model.geom_gap[0] == 0.0
+    with lent(model) as again, lent(model) as beside, lent(model) as third:
+        assert {id(again), id(beside)} == {id(first), id(second)}
+        assert third not in (first, second)  # all that were given back are taken
+        with lent(a_model()) as other:
+            assert other not in (first, second, third)
 
 
-def test_a_copy_with_shapes_away_is_never_given_for_one_without() -> None:
-    model, one = a_model(), Borrower()
-    away = borrowed(model, one, (1,))
-    assert away.geom_pos[1, 2] > 1e4
-    assert model.geom_pos[1, 2] == 9
-    del one
-    assert borrowed(model, Borrower()).geom_pos[1, 2] == 9
-    assert borrowed(model, Borrower(), (0,)).geom_pos[1, 2] == 9
-    assert borrowed(model, Borrower(), (1,)) is away
+def test_a_copy_is_given_back_when_a_look_fails() -> None:
+    model = a_model()
+    with pytest.raises(ValueError, match="on the way"), lent(model) as first:
+        raise ValueError("on the way")
+    with lent(model) as again:
+        assert again is first
+
+
+def looks(scene: Scene) -> list[Callable[[Floats, Ints], object]]:
+    """What every kind of checker of a scene is asked for."""
+    tables = [TableChecker(scene, 0.05), TableChecker(scene, 0.01)]
+    wires = [wire_checker(Checker(scene, (0.3, E2), 0.05)) for E2 in (1.0, 0.5)]
+    checkers = [Checker(scene, (0.1 * k, 0.2), 0.01 * (k + 1)) for k in range(8)]
+    groups = [group for checker in checkers[:3] for group in pair_groups(checker)]
+    assert None not in wires
+    seen = [checker.clearances for checker in (*checkers, *groups, *wires) if checker is not None]
+    return [*seen, *(lambda q, laid, table=table: table.clearances(q[:, :2], laid) for table in tables)]
+
+
+def test_any_number_of_checkers_need_one_copy_of_the_model(tmp_path, monkeypatch) -> None:
+    made = []
+
+    class Counted(Switched):
+        def __init__(self, model: mujoco.MjModel) -> None:
+            made.append(model)
+            super().__init__(model)
+
+    monkeypatch.setattr(model_copies, "Switched", Counted)
+    scene = prepare(load_case(little_case(tmp_path))).scene
+    q = np.random.default_rng(4).uniform(scene.chain.lower, scene.chain.upper, (5, scene.chain.n))
+    kept = looks(scene)  # all of them are there while each of them looks
+    for look in kept:
+        look(q, np.full(len(q), scene.n_deposits))
+    assert [model is scene.model for model in made] == [True]
 
 
 def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_path) -> None:
@@ -62,13 +89,12 @@ def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_pat
     def made() -> Checker:
         return Checker(scene, (0.3, 1.0), 0.05)
 
-    both = made(), made()  # at once, so that neither has the other's copy
-    order = np.argsort(-both[0].clearances(q, deposits_laid).distance)  # a copy is left with little looked for
+    order = np.argsort(-made().clearances(q, deposits_laid).distance)  # a copy is left with little looked for
     q, deposits_laid = q[order], deposits_laid[order]
-    fresh = both[1].clearances(q, deposits_laid)  # in the order of all that follows: how far is looked out hangs on it
+    with lent(scene.model):  # so that the checker does not have the copy that was used
+        fresh = made().clearances(q, deposits_laid)  # in the order of all that follows: how far is looked hangs on it
     assert (fresh.distance < 0).any()
     assert fresh.distance[0] > 0
-    del both
     groups = [PairGroupChecker(made(), itself=itself) for itself in (False, True)]
     wires = [wire_checker(made()) for _ in range(2)]
     tables = [TableChecker(scene, 0.05) for _ in range(2)]
@@ -80,17 +106,17 @@ def test_what_a_checker_finds_does_not_depend_on_who_had_its_copy_before(tmp_pat
     for table in tables:
         table.clearances(rng.uniform(-1, 1, (9, 2)), np.zeros(9, dtype=np.int64))
     wired = wires[0].clearances(q, deposits_laid)
-    del groups, group, wires, wire, tables, table
-    # all copies that were used, at once
-    for checker in [made() for _ in range(MOST_SPARE + 1)]:
-        found = checker.clearances(q, deposits_laid)
+    # with each of the copies that were used
+    for before in (groups[0], groups[1], wires[1], made()):
+        before.clearances(q, deposits_laid)
+        found = made().clearances(q, deposits_laid)
         assert np.array_equal(found.distance, fresh.distance)
         assert np.array_equal(found.pair, fresh.pair)
-    for wire in [wire_checker(made()) for _ in range(MOST_SPARE + 1)]:
-        assert np.array_equal(wire.clearances(q, deposits_laid).distance, wired.distance)
+        before.clearances(q, deposits_laid)
+        assert np.array_equal(wires[0].clearances(q, deposits_laid).distance, wired.distance)
 
 
-def test_two_that_share_a_copy_each_look_as_far_as_they_are_to(tmp_path) -> None:
+def test_two_that_share_data_each_look_as_far_as_they_are_to(tmp_path) -> None:
     scene, table = prepare(load_case(little_case(tmp_path))).scene, (0.3, 1.0)
     q = np.random.default_rng(3).uniform(scene.chain.lower, scene.chain.upper, (300, scene.chain.n))
     away = Checker(scene, table, 0.05).clearances(q, np.zeros(300, dtype=np.int64)).distance
@@ -106,34 +132,41 @@ def test_two_that_share_a_copy_each_look_as_far_as_they_are_to(tmp_path) -> None
     assert np.array_equal(far.clearances(q, deposits_laid).distance, alone)
 
 
-def test_a_copy_is_nobody_elses_as_long_as_one_of_those_that_share_it_is_there(tmp_path) -> None:
+def test_checkers_that_look_by_turns_while_one_is_looking_do_not_change_what_it_finds(tmp_path) -> None:
     scene, table = prepare(load_case(little_case(tmp_path))).scene, (0.3, 1.0)
     q = np.random.default_rng(5).uniform(scene.chain.lower, scene.chain.upper, (40, scene.chain.n))
     deposits_laid = np.full(len(q), scene.n_deposits)
-    checker = Checker(scene, table, 0.05)
-    wire, (still, _) = wire_checker(checker), pair_groups(checker)
-    assert wire_checker(checker) is wire
-    assert pair_groups(checker)[0] is still
-    found = still.clearances(q, deposits_laid)
-    del checker, _
-    gc.collect()
-    others = [Checker(scene, (0.9, 0.2), 0.05) for _ in range(MOST_SPARE + 1)]
-    for other in others:
-        other.clearances(q, deposits_laid)
-    again = still.clearances(q, deposits_laid)
-    assert np.array_equal(again.distance, found.distance)
-    assert np.array_equal(again.pair, found.pair)
+    checker, other = Checker(scene, table, 0.05), Checker(scene, (0.9, 0.2), 0.01)
+    alone = checker.clearances(q, deposits_laid)
+
+    def meanwhile(*_seen: object) -> None:
+        other.clearances(q[:3], np.zeros(3, dtype=np.int64))
+
+    found = checker.clearances(q, deposits_laid, meanwhile)
+    assert np.isfinite(alone.distance).sum() > 5
+    assert np.array_equal(found.distance, alone.distance)
+    assert np.array_equal(found.pair, alone.pair)
 
 
-@pytest.mark.parametrize("pos", ["0 0 0", "0.1 0 0"], ids=["in its body's own frame", "beside it"])
-def test_a_shape_that_is_moved_away_is_away(pos: str) -> None:
-    model = mujoco.MjModel.from_xml_string(
-        f'<mujoco><worldbody><body pos="1 0 0"><geom name="there" size="0.1" pos="{pos}"/></body>'
-        '<geom name="other" size="0.1"/></worldbody></mujoco>'
-    )
-    user = Borrower()
-    mine = borrowed(model, user, (model.geom("there").id,))
-    data = mujoco.MjData(mine)
-    mujoco.mj_forward(mine, data)
-    assert data.geom("there").xpos[2] >= AWAY
-    assert data.geom("other").xpos == pytest.approx([0, 0, 0])
+@pytest.mark.parametrize("many", [10**9, 0], ids=["MuJoCo's kinematics", "the arm's own"])
+def test_pairs_that_the_model_names_are_never_met_where_they_do_not_count(tmp_path, monkeypatch, many: int) -> None:
+    monkeypatch.setattr("cell.collision.checker.MANY_GEOMS", many)
+    scene, table = prepare(load_case(little_case(tmp_path))).scene, (0.3, 1.0)
+    model, chain = copy.copy(scene.model), scene.chain
+    larger = np.union1d(model.pair_geom1, model.pair_geom2)  # so that torch and link are in each other
+    model.geom_size[larger] += 0.1
+    model.geom_rbound[larger] += 0.3
+    scene = replace(scene, model=model)
+    named = {tuple(sorted(pair)) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
+    q, laid = np.random.default_rng(6).uniform(chain.lower, chain.upper, (50, chain.n)), np.zeros(50, dtype=np.int64)
+
+    def met(checker: Checker) -> tuple[set[tuple[int, ...]], float]:
+        found = checker.pairs_within(q, laid, 1e-3)
+        return named & {tuple(sorted(pair)) for pair in found.geom.tolist()}, found.distance.min(initial=np.inf)
+
+    pairs, deepest = met(Checker(scene, table, 0.05))
+    assert pairs
+    assert deepest < -0.01
+    wire = wire_scene(scene)
+    assert wire is not None
+    assert not met(Checker(wire, table, 0.05, pair_gap=NEVER))[0]

@@ -9,6 +9,7 @@ from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.mjcf.convex_pieces import convex_pieces
+from cell.scene.compose import put_together
 from slicing.warning import Code
 
 
@@ -148,7 +149,7 @@ def test_what_goes_through_a_gate_does_not_touch_it(make_case, tmp_path):
     assert len(pieces) > 1
     assert not said
     # a ball of 40 mm in the opening is as far from the gate as from four walls
-    spec = scene.spec.copy()
+    spec = put_together(scene.case, scene.part).pieces.world
     body = spec.worldbody.add_body(name="ball body", pos=(0.9, 0, 1.35))
     body.add_geom(name="ball", size=(0.04, 0, 0))
     other = spec.compile()

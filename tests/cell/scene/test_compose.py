@@ -1,5 +1,7 @@
 """The composed cell: what collides with what, and that every piece can be swapped."""
 
+import weakref
+
 import mujoco
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ from cell.collision.checker import Checker
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.mjcf.chain_from_model import chain_of
+from cell.scene import compose
+from cell.scene.composition import CellAssembly
 from cell.scene.scene import table_angles
 from cell.scene.standalone import standalone_xml
 from cell.shipped import MODELS_DIR
@@ -45,6 +49,26 @@ def test_the_written_scene_is_the_same_cell(make_case, tmp_path):
     for site in ("flange", "tcp", "table", "part"):
         assert np.allclose(a.site(site).xpos, b.site(site).xpos, atol=1e-9)
     assert model.ngeom == scene.model.ngeom
+
+
+def test_what_a_cell_was_compiled_from_is_not_kept(make_case, monkeypatch):
+    """It takes two to three times the memory of the model."""
+    made = []
+    monkeypatch.setattr(
+        compose, "CellAssembly", lambda *given: made.append(weakref.ref(it := CellAssembly(*given))) or it
+    )
+    job = job_of(make_case())
+    assert [pieces() for pieces in made] == [None]
+    assert not [value for value in vars(job.scene).values() if isinstance(value, mujoco.MjSpec)]
+
+
+@pytest.mark.parametrize("many", [10**9, 0], ids=["few vertices", "many"])
+def test_memory_is_given_back_once_a_large_cell_is_compiled(make_case, monkeypatch, many):
+    given = []
+    monkeypatch.setattr(compose, "MANY_VERTICES", many)
+    monkeypatch.setattr(compose, "give_back", lambda: given.append(True))
+    job_of(make_case())
+    assert len(given) == (many == 0)
 
 
 def test_composing_warns_of_nothing(make_case, recwarn):
