@@ -2,7 +2,7 @@
 
     ahead = BeadsAhead(context, firsts, stop)
     bead = ahead.bead(first, q_before)          # None: it is to be planned by itself
-    vain = ahead.in_vain(first, q_before)       # then: the quick search of it that found no way, if there was one
+    failed = ahead.failed_search(first, q_before)  # then: the quick search of it that found no path, if there was one
     way = ahead.travel(last, bead)              # None: it is to be searched
 
 Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
@@ -85,7 +85,7 @@ class BeadsAhead:
             The whole bead, checked; None where it is to be planned by itself.
         """
         worth_it = self._misses < MISSES and self._wasted < WASTED
-        if not self._expected and worth_it and self.in_vain(first, q_before) is None:
+        if not self._expected and worth_it and self.failed_search(first, q_before) is None:
             self._search(first, q_before)
         known = self._expected.pop(first, None)
         if known is not None and _same(known.q_before, q_before):
@@ -135,7 +135,7 @@ class BeadsAhead:
             if path is not None:
                 self._travels[gap.start.first] = _KnownTravel(gap, path)
 
-    def in_vain(self, first: int, q_before: Floats | None) -> StationSearch | None:
+    def failed_search(self, first: int, q_before: Floats | None) -> StationSearch | None:
         """The quick search of a bead that found no way, which need not be done again.
 
         Args:

@@ -262,7 +262,7 @@ class _RunSearch:
             return self.run.known.bead
         q_before = self.run.q_before if last is None else last.q_targets[-1]
         found = self.ahead.bead(first, q_before)
-        vain = self.ahead.in_vain(first, q_before)
+        vain = self.ahead.failed_search(first, q_before)
         in_full = partial(plan_bead, self.context, first, stop, q_before, quickly=vain is None)
         if found is not None:
             return found
