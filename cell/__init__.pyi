@@ -7,6 +7,7 @@ from .compare.compare import compare_case as compare_case
 from .compare.compare import compare_document as compare_document
 from .compare.compare import compare_paper as compare_paper
 from .errors import InputError as InputError
+from .errors import WorkerKilledError as WorkerKilledError
 from .failure import Failure as Failure
 from .html.check_page import html_report as html_report
 from .html.comparison_page import html_compare as html_compare
@@ -61,6 +62,7 @@ __all__ = [
     "Result",
     "Scene",
     "TargetVerdict",
+    "WorkerKilledError",
     "all_reasons",
     "cell_controller",
     "check",

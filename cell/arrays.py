@@ -18,7 +18,7 @@ Ints = NDArray[np.int64]
 
 
 def repeat_with_index(counts: Ints) -> tuple[Ints, Ints]:
-    """Every i as often as counts[i] says, and beside it 0, 1, 2, .. within each."""
+    """Repeat every i counts[i] times; and beside it count 0, 1, 2, .. within each i."""
     which = np.repeat(np.arange(len(counts)), counts)
     return which, np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
 

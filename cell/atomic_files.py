@@ -145,7 +145,7 @@ def write_bytes(path: str | Path, content: bytes) -> None:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write a text as UTF-8; of a file name what is none is written as a question mark."""
+    """Write a text as UTF-8; characters of a file name that UTF-8 lacks become question marks."""
     write_bytes(path, text.encode("utf-8", "replace"))
 
 
@@ -163,7 +163,7 @@ def write_json(path: str | Path, document: Any) -> None:
 
 
 def write_csv(path: str | Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write a CSV with one header row, row by row; of a file name what is none is written as a question mark."""
+    """Write a CSV with one header row; characters of a file name that UTF-8 lacks become question marks."""
     with beside(path) as name, open(name, "w", encoding="utf-8", errors="replace", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)

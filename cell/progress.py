@@ -1,4 +1,4 @@
-"""Progress of long work, told to whoever asked for it.
+"""Progress of long work, reported to whoever asked for it.
 
     def tell(what: str, done: int, total: int) -> None:
         print(f"{what}: {done} of {total}")
@@ -7,7 +7,7 @@
         count(); count()
 
 A `Progress` is a callback of three values. Work that is timed as a whole is a :func:`phase`; :func:`watched` names
-who is told of phases. Without either nothing is told and nothing is timed.
+a `Watcher`, which is called for phases. Without either nothing is reported and nothing is timed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Progress = Callable[[str, int, int], None]  # what is counted, how many are done
 
 
 class Watcher(Protocol):
-    """Is told of phases of the work."""
+    """Is called for phases of the work."""
 
     def during(self, phase: str, spins: bool, /) -> AbstractContextManager[None]:
         """Entered when a phase begins and left when it ends.
@@ -42,10 +42,10 @@ _watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
 
 @contextmanager
 def counted_progress(progress: Progress | None, what: str, total: int, done: int = 0) -> Iterator[Callable[[], None]]:
-    """Count up, and tell of every step; the end is told as ``total`` of ``total``, whatever ended it.
+    """Count up and report every step; the end is reported as ``total`` of ``total``, whatever ended it.
 
     Args:
-        progress: whom to tell; nobody where it is None.
+        progress: what to call; None: nothing is reported.
         what: what is counted.
         total: how many there are.
         done: how many are done already.
@@ -72,7 +72,7 @@ def counted_progress(progress: Progress | None, what: str, total: int, done: int
 
 @contextmanager
 def watched(watcher: Watcher) -> Iterator[None]:
-    """Tell a watcher of all phases.
+    """Report all phases to a watcher.
 
     Args:
         watcher: whom.

@@ -43,7 +43,7 @@ class CaseFile(pytest.File):
 
 
 class CaseItem(pytest.Item):
-    """Checks a case and holds the verdict against what the case expects."""
+    """Checks a case and compares the verdict with what the case expects."""
 
     def runtest(self) -> None:
         """Run ``rbam check`` and compare.

@@ -49,7 +49,7 @@ def slices_document(
     Returns:
         Plain lists, dicts, strings and numbers, mm (see docs/formats.md).
     """
-    told = [
+    reported = [
         *warnings,
         *(line for one in sliced for line in one.warnings),
         *(line for one in laid for line in one.warnings),
@@ -70,8 +70,8 @@ def slices_document(
             }
             for k, (one, some) in enumerate(zip(sliced, found, strict=True))
         ],
-        "warnings": [str(line) for line in told],
-        "typed_warnings": [typed(line).document() for line in told],
+        "warnings": [str(line) for line in reported],
+        "typed_warnings": [typed(line).document() for line in reported],
     }
 
 

@@ -20,8 +20,8 @@ import ik
 import slicing
 
 EXPORTED = {
-    "cell": "Case InputError Job Motion Result check compose load_case parse_case prepare read_motion remedies "
-    "report_document sweep write_motion",
+    "cell": "Case InputError Job Motion Result WorkerKilledError check compose load_case parse_case prepare "
+    "read_motion remedies report_document sweep write_motion",
     "slicing": "BeadParameters ConicalBody CylindricalBody Targets Toolpath decompose lay load read_toolpath slice",
     "ik": "Chain RollWindow SingularityLimits Solver certify",
 }

@@ -22,7 +22,7 @@ UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
 
 
 def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
-    """The problem that tells most, with its key, the value and what is allowed."""
+    """The most helpful of several problems, with its key, the value and what is allowed."""
     problems = error.errors(include_url=False)
     # of a union pydantic lists every branch; a misspelt key is the most telling of them
     telling = (*UNKNOWN, "value_error", "greater_than_equal", "less_than_equal")
@@ -142,7 +142,7 @@ def _keys_at(where: list[str]) -> list[str]:
 
 
 def section_of(annotation: Any) -> Any:
-    """The section that an annotation stands for; None where it is none."""
+    """The section class that an annotation names; None where it names none."""
     if is_section(annotation):
         return annotation
     for inner in getattr(annotation, "__args__", ()):

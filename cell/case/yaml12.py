@@ -60,7 +60,7 @@ class Loader(_Base):
             raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark) from None
 
     def construct_mapping(self, node: yaml.Node, deep: bool = False) -> dict[Hashable, Any]:
-        """A mapping whose keys stand once; those that a merge (<<) brings along give way."""
+        """A mapping without repeated keys; its own keys replace those of a merge (<<)."""
         if isinstance(node, yaml.MappingNode):
             seen: set[str] = set()
             for key, _ in node.value:

@@ -3,10 +3,11 @@
     rbam check                                  # the shipped propeller
     rbam check blade.case.yaml --e1 -45 --e2 0 --json report.json
 
-Exit codes: 0 feasible or done, 1 infeasible, 2 bad input or usage (one line on stderr), 70 an error of the program
-itself (one line; with ``--verbose`` or ``RBAM_TRACEBACK=1`` a traceback before it), 130 interrupted, 128 + n ended by
-signal n. Documents go to files or, with ``-``, to stdout; the report to stdout; progress and errors to stderr. The exit
-code is the verdict, whoever reads the report and however far.
+Exit codes: 0 feasible or done, 1 infeasible, 2 bad input or usage (one line on stderr), 70 no verdict and no fault of
+the input: an error of the program itself (one line; with ``--verbose`` or ``RBAM_TRACEBACK=1`` a traceback before it),
+too little memory, or a worker process that was killed from outside; 130 interrupted, 128 + n ended by signal n.
+Documents go to files or, with ``-``, to stdout; the report to stdout; progress and errors to stderr. The exit code is
+the verdict, whoever reads the report and however far.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from ..atomic_files import discard_unfinished
-from ..errors import InputError
+from ..errors import InputError, WorkerKilledError
 from ..printable import printable
 from ..processes.own_process import begin_own_process
-from ..processes.worker_pool import WorkerTraceback
+from ..processes.work_round import WorkerTraceback
 from ..streams import standard_streams
 from ..termination import Terminated, terminable
 from .arguments import build_parser
-from .exit_codes import BAD_INPUT, ENDED_BY_SIGNAL, INTERRUPTED, PROGRAM_ERROR
+from .exit_codes import BAD_INPUT, ENDED_BY_SIGNAL, INTERRUPTED, NO_VERDICT
 from .verbosity import speaking
 
 DRAWS = ("replay",)  # commands that MuJoCo draws for
@@ -52,6 +53,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                 return code
         except InputError as error:
             return _told(BAD_INPUT, printable(error))
+        except WorkerKilledError as error:
+            return _told(NO_VERDICT, printable(error))
         except KeyboardInterrupt:
             return _told(INTERRUPTED, "interrupted")
         except Terminated as ended:
@@ -85,7 +88,7 @@ def _program_error(error: Exception, argv: Sequence[str]) -> int:
     if asked:
         sys.stderr.write("".join(traceback.format_exception(error)))
     if isinstance(error, MemoryError):
-        return _told(PROGRAM_ERROR, "out of memory: no verdict; a coarser case needs less memory")
+        return _told(NO_VERDICT, "out of memory: no verdict; a coarser case needs less memory")
     where = traceback.extract_tb(error.__traceback__)[-1]
     what = printable(f"{type(error).__name__}: {error}")[:300]
     place = f"{os.path.basename(os.path.dirname(where.filename))}/{os.path.basename(where.filename)}:{where.lineno}"
@@ -93,7 +96,7 @@ def _program_error(error: Exception, argv: Sequence[str]) -> int:
         place = error.__cause__.place
     how = "the traceback above" if asked else f"what {TRACEBACK}=1 or --verbose prints"
     return _told(
-        PROGRAM_ERROR, f"no verdict: an error of the program itself ({what}; at {place}); please report it with {how}"
+        NO_VERDICT, f"no verdict: an error of the program itself ({what}; at {place}); please report it with {how}"
     )
 
 

@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     refuse_outputs(args, case, "json", "targets", "picture", reads=[args.input])
     part = read_part(case)
     sliced = slice_part(case, part)
-    laid, targets, told = sample_part(case, sliced)
+    laid, targets, reported = sample_part(case, sliced)
     found = [indices(s, targets) for s in sliced]
     metal = case.process.density_g_cm3, case.process.wire_diameter_mm
     if args.json:
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         png = slice_picture(sliced, body_of(part), title=case.title, colour=args.colour, laid=laid)
         write_bytes(args.picture, png)
     lines = [
-        *slice_lines(sliced, found, part.warnings, told, laid, case.process),
+        *slice_lines(sliced, found, part.warnings, reported, laid, case.process),
         *found_lines(part.T_part_input, part.evidence),
     ]
     say(lines, sys.stderr if args.json == STDOUT else sys.stdout)

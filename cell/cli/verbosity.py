@@ -74,17 +74,17 @@ def speaking(quiet: bool, verbose: bool, stream: IO[str]) -> Iterator[None]:
         stream: where progress and timings go.
     """
     speech = Speech(quiet, verbose, stream)
-    told, log = logging.StreamHandler(stream), logging.getLogger("cell")
-    told.setLevel(logging.ERROR if quiet else logging.WARNING)
-    told.setFormatter(logging.Formatter("rbam: %(message)s"))
-    log.addHandler(told)
+    handler, log = logging.StreamHandler(stream), logging.getLogger("cell")
+    handler.setLevel(logging.ERROR if quiet else logging.WARNING)
+    handler.setFormatter(logging.Formatter("rbam: %(message)s"))
+    log.addHandler(handler)
     token = _speech.set(speech)
     start = time.perf_counter()
     try:
         with watched(speech):
             yield
     finally:
-        log.removeHandler(told)
+        log.removeHandler(handler)
         _speech.reset(token)
     if verbose:
         stages = "".join(f"{name} {seconds:.2f} s, " for name, seconds in speech.seconds.items())

@@ -150,7 +150,7 @@ class _SheetDistances:
         self._changes = np.concatenate([[0.0], changes])
 
     def extent(self, some: _StepSheetRectangles) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-        """Configurations in the middle, how far anything can get from there, and which way there is more of it.
+        """The middle configuration of each, how far anything can move from there, and in which direction it moves more.
 
         Args:
             some: rectangles.

@@ -2,11 +2,11 @@
 
     every_blend_kept(checker, radius, path, known)      # (m - 1,): on which steps any rounding keeps the clearance
 
-A controller may round less than it is told to: over any zone up to the one that is set. Rows have a corner i where the
-slope of the joints changes by D_i. Rounded over a zone z they are off by the sum of D_i (z - u_i)^2 / 4z, over the
-corners no further than z from there along the path, where u_i is how far. With a smaller zone each of these factors is
-smaller, and those of the farther corners more so than those of the nearer ones: off the rows is then some mean of
-nothing and of the sums over the nearest corners alone (summation by parts). So the full zone bounds all of them.
+A controller may round less than is asked: over any zone up to the one that is set. Rows have a corner i where the slope
+of the joints changes by D_i. Rounded over a zone z they are off by the sum of D_i (z - u_i)^2 / 4z, over the corners no
+further than z from there along the path, where u_i is how far. With a smaller zone each of these factors is smaller,
+and those of the farther corners more so than those of the nearer ones: off the rows is then some mean of nothing and of
+the sums over the nearest corners alone (summation by parts). So the full zone bounds all of them.
 
 Where the arm turns back the way it came that is much, though every rounding only turns back sooner and stays by the
 rows. A rounded path is a mean of the rows over a stretch of them. Written as a motion along one direction and what is
@@ -74,7 +74,7 @@ class PathCorners:
         return cls(t[1:-1], np.diff(slope, axis=0), path.zone)
 
     def share(self, away: Floats) -> Floats:
-        """Off the rows by so much of its bend is a path, so far from the corner along it."""
+        """How far a path is off its rows at a distance from a corner, as a share of the corner's bend."""
         out: Floats = np.maximum(self.zone - away, 0.0) ** 2 / (4 * self.zone)
         return out
 

@@ -2,7 +2,7 @@
 
     step, nearest = cut_corners(checker, radius, Path(q, s, zone), deposits_laid, found, least)  # steps not free
 
-A controller may round less than it is told to. Most corners are proved free however much they are rounded
+A controller may round less than is asked. Most corners are proved free however much they are rounded
 (``blend_proofs``, ``blend_sheets``), and only steps that this leaves are checked further: the path that is rounded
 most, which ``cell.timing.time_law`` times (``blend_chords``), and all that round less (``blend_bisection``). A rounded
 path is made of parabolas (``blended_paths``), of which it is known exactly how far they are off the rows and how far

@@ -51,7 +51,7 @@ TABLE_REACH = 5e-3  # m: of a table by itself it is only asked whether it touche
 
 
 def table_alone(scene: Scene, table: tuple[float, float], deposits_laid: int | None = None) -> Clearances:
-    """What no arm can help: the table and what stands on it in the cell around it.
+    """Clearances that do not depend on the arm: of the table and what stands on it from the cell around.
 
     Every verdict asks this, and whatever screens poses or changes for one: they cannot disagree.
 

@@ -59,7 +59,7 @@ class Pack:
             What stands for them in the document; they come out flat, row after row.
 
         Raises:
-            ValueError: an infinite number, or one of so many steps that they cannot be told apart.
+            ValueError: an infinite number, or one of so many steps that they cannot be distinguished.
         """
         array = np.asarray(values, dtype=np.float64)
         columns = array.reshape(-1, array.shape[1] if array.ndim == 2 else 1).T

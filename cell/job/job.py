@@ -375,8 +375,8 @@ def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
     part = read_part(case)
     sliced = slice_part(case, part)
     _require_right_layers(case, sliced)
-    laid, targets, told = sample_part(case, sliced)
-    said = (*part.warnings, *(line for one in sliced for line in one.warnings), *told)
+    laid, targets, reported = sample_part(case, sliced)
+    said = (*part.warnings, *(line for one in sliced for line in one.warnings), *reported)
     return part, Toolpath(targets, case.beads, laid, warnings=said)
 
 

@@ -54,7 +54,7 @@ def build_runs(case: Case, names: Sequence[str], layers: Sequence[int]) -> list[
 
 
 def check_table(case: Case, scene: Scene) -> None:
-    """Refuse what the section ``table`` asks of the positioner and cannot be had.
+    """Refuse what the section ``table`` asks for and the positioner cannot do.
 
     Args:
         case: the case.

@@ -252,7 +252,7 @@ class _BoxTree:
         return cls(low, high, np.flatnonzero(~is_small), small, float(half[small].max(initial=0.0)), cKDTree(middles))
 
     def pairs(self, wires: Wires) -> tuple[Ints, Ints]:
-        """Wires and pieces of which the boxes meet and some of the piece's stands high enough along the wire."""
+        """Pairs of wires and pieces whose boxes meet where part of the piece is high enough along the wire."""
         every = np.arange(len(wires.tip))
         middle = wires.tip + 0.5 * wires.length * wires.out
         reach = 0.5 * wires.length + wires.radius + self.size

@@ -4,7 +4,7 @@
 
 A cell's joints each move by themselves. A coupling between what the planned joints move apart would not hold in its
 motions, so that the model is refused; one within what moves together, one to a body that a user drags and one that is
-not active change nothing and are told.
+not active change nothing and are reported.
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ def check_couplings(model: mujoco.MjModel, planned: Sequence[str], own: OwnPlace
             looked_at.check_bodies(number)
         elif kind == EQ.mjEQ_TENDON:
             looked_at.check_tendons(number)
-    told = []
+    reported = []
     if model.neq:
         text = (
             f"{own.section}.model: {model.neq} equality constraint(s) left out of the cell: what they couple stands "
             "still"
         )
-        told.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
-    return (*told, *looked_at.limiting_tendons())
+        reported.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
+    return (*reported, *looked_at.limiting_tendons())
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,7 @@ class _Couplings:
 
     def limiting_tendons(self) -> list[Warning]:
         """Say which limits of tendons are not kept."""
-        model, told = self.model, []
+        model, reported = self.model, []
         for tendon in np.flatnonzero(model.tendon_limited).tolist():
             apart = self._stretched_by(tendon)
             if apart:
@@ -135,8 +135,8 @@ class _Couplings:
                     f"{self.own.section}.model: tendon {model.tendon(tendon).name or tendon} limits "
                     f"{', '.join(apart)}: not checked, only the joints' own ranges are kept"
                 )
-                told.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
-        return told
+                reported.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
+        return reported
 
     def _apart(self, bodies: Sequence[int]) -> list[str]:
         """The planned joints that move some of these bodies and not the others."""

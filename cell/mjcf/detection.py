@@ -58,7 +58,7 @@ def make_detectable(world: mujoco.MjSpec, case: Case) -> None:
 
 
 def lean_cylinders(model: mujoco.MjModel) -> None:
-    """Turn cylinders that move by next to nothing, so that none ever stands exactly upright.
+    """Turn moving cylinders by a negligible angle, so that none is ever exactly upright.
 
     Of a cylinder upright on a plane MuJoCo 4.0 finds the rim's lowest point by a direction that is all rounding: in a
     fifth of the configurations its distance is too small by the radius.

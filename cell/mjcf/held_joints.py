@@ -30,7 +30,7 @@ BALL, FREE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_FREE
 MM = 1e-3
 SAME = 1e-9  # m, and rad
 UNNAMED = "joint without a name "
-MANY = 4  # joints without a name, said to stand at one place, that are told together
+MANY = 4  # joints without a name, said to stand at one place, that are reported together
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,29 +75,29 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> HeldJoi
     if not (free or coupled or "home" in keys):
         return HeldJoints(has, {}, keys, ())
     try:
-        with warnings.catch_warnings():  # of flexes, which are left out and told
+        with warnings.catch_warnings():  # of flexes, which are left out and reported
             warnings.simplefilter("ignore")
             model = spec.copy().compile()
     except ValueError as error:
         raise InputError(f"{own.model}: does not compile: {' '.join(str(error).split())}") from None
     home = model.key("home").qpos if "home" in keys else None
-    told = [*check_couplings(model, planned, own)]
+    reported = [*check_couplings(model, planned, own)]
     if free or coupled:
         _drop_what_drives(spec)
     if home is not None:
-        told += _dragged(spec, model, own)
+        reported += _dragged(spec, model, own)
     for body in spec.bodies:
         joints = list(body.joints)
         if all(joint.name in planned for joint in joints):
             continue
-        told += _fold(spec, model, body, planned, own, home)
-    return HeldJoints(has, _places(model, home, planned), keys, tuple(_few(told)))
+        reported += _fold(spec, model, body, planned, own, home)
+    return HeldJoints(has, _places(model, home, planned), keys, tuple(_few(reported)))
 
 
-def _few(told: list[Warning]) -> Iterator[Warning]:
+def _few(reported: list[Warning]) -> Iterator[Warning]:
     """Warnings, those of many joints without a name at one place as one: a cable or a cloth has hundreds."""
     alike: dict[str, list[Warning]] = {}
-    for one in told:
+    for one in reported:
         alike.setdefault(re.sub(rf"{UNNAMED}\d+", UNNAMED, one), []).append(one)
     for text, some in alike.items():
         if len(some) < MANY:

@@ -40,18 +40,19 @@ def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead, li
     stretches = known.bead.stretches
     q = stretches[-1].q_targets[-1] if stretches else start
     found: list[Floats | None] = [start]
-    for chunk in chunks[1:]:
-        q = _nearest(context, chunk.firsts[0] - 1, q)
+    before = [chunk.firsts[0] - 1 for chunk in chunks[1:]]
+    nodes = nodes_at_rolls(
+        context.solver, context.placed.rows(before), context.window, context.settings.roll_step, context.limits
+    )
+    for i, of_target, cost in zip(before, nodes.q, nodes.cost, strict=True):
+        some = np.isfinite(cost)
+        q = _nearest(context, i, of_target[some], cost[some], q)
         found.append(q)
     return known, found
 
 
-def _nearest(context: Context, i: int, q_before: Floats | None) -> Floats | None:
-    """The free configuration of a target that is reached first; where none is free, whence it would have been."""
-    placed = context.placed.rows([i])
-    nodes = nodes_at_rolls(context.solver, placed, context.window, context.settings.roll_step, context.limits)
-    some = np.isfinite(nodes.cost)
-    q, cost = nodes.q[some], nodes.cost[some]
+def _nearest(context: Context, i: int, q: Floats, cost: Floats, q_before: Floats | None) -> Floats | None:
+    """Of configurations (m, j) of a target the free one that is reached first; with none, whence it would have been."""
     if q_before is not None:
         speed = context.solver.chain.max_speed
         cost = cost + (np.abs(q - q_before) / np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)).max(axis=1)

@@ -10,7 +10,7 @@ the part, those that were not found are searched with all attempts, in order, un
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ..failure import Failure
@@ -20,6 +20,7 @@ from ..planning.bead_plan import reduced_budget
 from ..planning.context import Context
 from ..planning.edges.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, PlannedRun, plan_part, plan_run, plan_runs, travel_failure
+from ..planning.travels.home import FoundHomeTravels, search_home_travels
 from ..planning.travels.travel import TravelPath
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
@@ -47,20 +48,39 @@ class Shared:
         return cls(replace(job, sliced=(), beads=()), context)
 
 
-def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress | None = None) -> PartPlan:
+@dataclass(frozen=True, eq=False)
+class ChunkedPlan:
+    """The plan of a part.
+
+    Attributes:
+        plan: the plan.
+        home: the travels from home and back, where they are known by then.
+    """
+
+    plan: PartPlan
+    home: FoundHomeTravels | None = None
+
+
+def plan_in_chunks(
+    shared: Shared,
+    chunks: Sequence[Chunk],
+    progress: Progress | None = None,
+    meanwhile: Callable[[], object] | None = None,
+) -> ChunkedPlan:
     """Plan a part chunk by chunk, side by side where there are workers.
 
     Args:
         shared: the part and what it is planned with.
         chunks: from :class:`cell.part_chunks.chunking.Chunking`.
         progress: called with how far it is.
+        meanwhile: what this process does first while workers plan, where the part has several chunks.
 
     Returns:
-        The plan; of a part in one chunk, what ``plan_part`` gives.
+        The plan; of a part in one chunk, what ``plan_part`` gives, and no travels from home.
     """
     context = shared.context
     if len(chunks) == 1:
-        return plan_part(context, shared.job.targets.bead, progress)
+        return ChunkedPlan(plan_part(context, shared.job.targets.bead, progress))
     workers = pool_for_chunks(chunks)
     workers.get_ready(shared, len(chunks), copies=False)
     known, q_before = beginnings(context, chunks)
@@ -74,12 +94,13 @@ def plan_in_chunks(shared: Shared, chunks: Sequence[Chunk], progress: Progress |
     ]
 
     def planned(some: Sequence[BeadRun], count: Tick) -> list[PlannedRun]:
-        return workers.run(_planned, shared, some, count, [run.targets_left for run in some])
+        aside = meanwhile if some is runs else None
+        return workers.run(_planned, shared, some, count, [run.targets_left for run in some], aside)
 
     return join_chunks(shared, plan_runs(runs, planned, progress), workers)
 
 
-def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool | None = None) -> PartPlan:
+def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool | None = None) -> ChunkedPlan:
     """Make plans of chunks the plan of the part.
 
     Args:
@@ -120,11 +141,20 @@ class _Joining:
             self.beads += plan.beads
             self.travel_failures.update(plan.travel_failures)
 
-    def plan(self) -> PartPlan:
+    def plan(self) -> ChunkedPlan:
         """The plan of the part."""
+        home: list[FoundHomeTravels] = []
+        span, first, last = self.context.span, self.beads[0], self.beads[-1]
+
+        def search_travels() -> None:
+            """While workers lead from chunk to chunk, which seldom changes the part's last bead."""
+            if not self.travel_failures and all(bead.whole for bead in self.beads):
+                home.append(search_home_travels(self.context, first, last))
+
         befores = {k: self._before(k) for k in self.joins}
         ends = [(befores[k], self.beads[k]) for k in self.joins]
-        found = self.workers.run(_joined, self.shared, ends)
+        goes_home = span.start is not None or span.end is not None
+        found = self.workers.run(_joined, self.shared, ends, meanwhile=search_travels if goes_home else None)
         reduced = reduced_budget(self.context)
         for k, joint in zip(self.joins, found, strict=True):
             # one that led on from another end is found once more
@@ -132,7 +162,8 @@ class _Joining:
         if all(bead.whole for bead in self.beads):
             self._search_on()
         travels = tuple(self.travels[bead.first] for bead in self.beads if bead.first in self.travels)
-        return PartPlan(tuple(self.beads), travels, dict(sorted(self.travel_failures.items())))
+        plan = PartPlan(tuple(self.beads), travels, dict(sorted(self.travel_failures.items())))
+        return ChunkedPlan(plan, home[0] if home else None)
 
     def _search_on(self) -> None:
         """Search travels that were not found with all attempts, as long as the part may be whole."""

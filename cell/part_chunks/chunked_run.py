@@ -9,7 +9,7 @@ part in one chunk is checked as a whole. Radians, metres, seconds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,7 +61,12 @@ class _ChunkRun:
 
 
 def run_in_chunks(
-    shared: Shared, chunks: Sequence[Chunk], plan: PartPlan, home: HomeTravels | None, progress: Progress | None = None
+    shared: Shared,
+    chunks: Sequence[Chunk],
+    plan: PartPlan,
+    home: HomeTravels | None,
+    progress: Progress | None = None,
+    meanwhile: Callable[[], object] | None = None,
 ) -> PartRun:
     """Run a plan, its chunks side by side where there are workers.
 
@@ -71,6 +76,7 @@ def run_in_chunks(
         plan: in which every bead is whole and every travel found.
         home: the ways from home and back.
         progress: called with how far it is, where there are several chunks.
+        meanwhile: what this process does first, while workers run chunks.
 
     Returns:
         What became of it.
@@ -80,7 +86,7 @@ def run_in_chunks(
     known = _nearest_known(runs)
     with counted_progress(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
         sizes = [sum(len(stretch.q) for stretch in run.stretches) for run in runs]
-        found = pool_for_chunks(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes)
+        found = pool_for_chunks(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes, meanwhile)
     from_home = home is not None and (home.out is not None or home.back is not None)
     motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
     failures: dict[int, Failure] = {}

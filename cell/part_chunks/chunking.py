@@ -80,7 +80,7 @@ USUAL = Chunking()
 
 
 def pool_for_chunks(chunks: Sequence[Chunk]) -> WorkerPool:
-    """Who works on chunks: processes that begin with nothing only where there is enough to do for them.
+    """The pool that works on chunks: new processes are started only where there is enough work for them.
 
     Args:
         chunks: of a part.

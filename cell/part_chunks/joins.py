@@ -95,5 +95,5 @@ def same_beginning(one: BeadPlan, other: BeadPlan) -> bool:
 
 
 def same_end(one: BeadPlan, other: BeadPlan) -> bool:
-    """Whether two plans of a bead end in one configuration: what comes after the one can come after the other."""
+    """Whether two plans of a bead end in one configuration, so that the same motion can follow either."""
     return bool((one.stretches[-1].q_targets[-1] == other.stretches[-1].q_targets[-1]).all())

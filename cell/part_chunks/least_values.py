@@ -69,12 +69,12 @@ def samples_of(context: Context, run: RunBeads) -> RunSamples | None:
         (s.axes, s.clearances, s.kept, context.deposits_before[s.edge], s.edge) for s in run.stretches
     ]
 
-    def add(way: TravelPath, deposits_laid: int, target: int) -> None:
-        m = len(way.q)
-        runs.append((way.q, way.clearances, way.kept, np.full(m, deposits_laid), np.full(m, target)))
+    def add(path: TravelPath, deposits_laid: int, target: int) -> None:
+        m = len(path.q)
+        runs.append((path.q, path.clearances, path.kept, np.full(m, deposits_laid), np.full(m, target)))
 
-    for _, last, after, way in run.led_to:
-        add(way, int(context.laid[last]), after.first)
+    for _, last, after, path in run.led_to:
+        add(path, int(context.laid[last]), after.first)
     if run.home is not None and run.stretches:
         final = run.stretches[-1].stop - 1
         if run.home.out is not None:
@@ -142,7 +142,7 @@ def least_sigma(context: Context, stretches: Sequence[Stretch]) -> float | None:
 
 
 def least_of(context: Context, margins: Iterable[LeastValue | None]) -> LeastValue | None:
-    """Of several least margins the one that is least as a multiple of its limit."""
+    """The smallest of several margins, each as a multiple of its limit."""
     limits = context.limits.values(context.solver.geometry is not None)
     found = [least for least in margins if least is not None]
     return min(found, key=lambda least: least.value / limits[KINDS.index(least.what[0])]) if found else None

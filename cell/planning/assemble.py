@@ -172,7 +172,7 @@ def _times(dt: Floats) -> Floats:
 
 
 def with_home_travels(job: Job, motion: Motion, out: Floats | None, back: Floats | None) -> Motion:
-    """A motion that comes to its first bead, and leaves its last one, on other ways.
+    """The same motion with another path to its first bead and from its last one.
 
     Args:
         job: the job.
@@ -219,7 +219,7 @@ def home_travel_time(job: Job, way: Floats, target: int, *, begins: bool) -> flo
 
 
 def corners(job: Job, context: Context, run: RunBeads) -> dict[int, Failure]:
-    """Where a motion that is free comes too near to something once it is run, its corners rounded.
+    """Where a free motion comes too near to something once its corners are rounded.
 
     Args:
         job: the job.

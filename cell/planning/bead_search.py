@@ -25,7 +25,7 @@ from ..collision.clearances import Clearances
 from ..failure import Failure, FailurePlace, Kind, SearchEffort, Where
 from .bead_outcome import BeadPlan, TargetFailure
 from .blocked_rolls import with_blocked_rolls
-from .collision_free_rolls import configuration_between
+from .collision_free_rolls import roll_between_samples
 from .configurations import Nodes, near_cost
 from .edges.edge_check import SearchedBead, Stretch, check_edges
 from .edges.next_target import true_edges, why_none_leads_on
@@ -129,8 +129,8 @@ class BeadSearch:
     def _runs(self, q_before: Floats | None) -> list[Run]:
         start = None
         if q_before is not None:
-            way = (np.abs(self.nodes.q[0] - q_before) / self.bead.speed).max(axis=-1)
-            start = np.nan_to_num(way, nan=np.inf)
+            time = (np.abs(self.nodes.q[0] - q_before) / self.bead.speed).max(axis=-1)
+            start = np.nan_to_num(time, nan=np.inf)
         return best_runs(
             self.nodes.q,
             self.cost,
@@ -156,8 +156,8 @@ class BeadSearch:
         Returns:
             Whether to search again: one collides, or is near to something, so that another way may be better.
         """
-        way = [(run.start + i, *node) for run in runs for i, node in enumerate(run.nodes.tolist())]
-        index = np.array(way, dtype=np.int64).reshape(-1, 4)
+        path = [(run.start + i, *node) for run in runs for i, node in enumerate(run.nodes.tolist())]
+        index = np.array(path, dtype=np.int64).reshape(-1, 4)
         index = index[~self._free[tuple(index.T)]]
         before = self.cost[tuple(index.T)]
         hit = self._check(index)
@@ -172,7 +172,7 @@ class BeadSearch:
         return bool(np.isfinite(self.cost).any(axis=(1, 2, 3)).all())
 
     def _check(self, index: Ints) -> np.ndarray:
-        """Check nodes (m, 4); marks them free or forbidden and tells which collide."""
+        """Check nodes (m, 4); marks them free or forbidden and says which collide."""
         # configurations that differ by whole turns of a joint are checked once; a branch may have several others
         angle = np.round(wrap(self.nodes.q[tuple(index.T)] + SAME_ANGLE / 3) / SAME_ANGLE).astype(np.int64)
         first, same = distinct(*index[:, :3].T, *angle.T)
@@ -358,7 +358,7 @@ class BeadSearch:
             between = None
             if roll is not None:
                 T, table = self.placed.Ts_base_target[i], self.placed.tables(np.array([i]))[0]
-                between = configuration_between(self.context, self.nodes, T, int(self.deposits_laid[i]), roll, table)
+                between = roll_between_samples(self.context, self.nodes, T, int(self.deposits_laid[i]), roll, table)
             out[i] = TargetFailure(replace(failure, between=between, proved=proved), attempt)
         return out
 

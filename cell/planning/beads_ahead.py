@@ -51,7 +51,7 @@ class _KnownTravel:
     """A travel that is free."""
 
     gap: BeadGap
-    way: TravelPath
+    path: TravelPath
 
 
 class BeadsAhead:
@@ -112,7 +112,7 @@ class BeadsAhead:
         known = self._travels.pop(bead.first, None)
         if known is None or not bead.whole:
             return None
-        return known.way if known.gap.end is last and known.gap.start is bead.stretches[0] else None
+        return known.path if known.gap.end is last and known.gap.start is bead.stretches[0] else None
 
     def _find_travels(self, last: Stretch | None, bead: BeadPlan) -> None:
         """The travels between beads that were searched together, and to the first of them, where that has come."""
@@ -122,9 +122,9 @@ class BeadsAhead:
         laid = self._context.laid
         gaps = [BeadGap(a, b, int(laid[a.stop - 1])) for a, b in pairwise(ends) if a is not None and b is not None]
         self._together = []
-        for gap, way in zip(gaps, straight_travels(self._context, gaps), strict=True):
-            if way is not None:
-                self._travels[gap.start.first] = _KnownTravel(gap, way)
+        for gap, path in zip(gaps, straight_travels(self._context, gaps), strict=True):
+            if path is not None:
+                self._travels[gap.start.first] = _KnownTravel(gap, path)
 
     def in_vain(self, first: int, q_before: Floats | None) -> StationSearch | None:
         """The quick search of a bead that found no way, which need not be done again.
@@ -142,7 +142,7 @@ class BeadsAhead:
 
     def _search(self, first: int, q_before: Floats | None) -> None:
         """Search beads from one on, each from the end of the one before, and check them together."""
-        context, ways = self._context, []
+        context, paths = self._context, []
         begun, step, beads = first, context.settings.roll_step, self._beads_from(first)
         come_from = q_before
         searched: Iterable[tuple[SearchedBead, StationNodes]] = self._with_nodes(beads)
@@ -153,23 +153,23 @@ class BeadsAhead:
             self._wasted += len(bead)  # until it is given out
             search = StationSearch(bead, step, Ends(come_from), nodes=known)
             found = search.cheapest_path()
-            way = self._full_way(search, q_before) if found is None else found[1:]
-            if way is None:
+            path = self._full_way(search, q_before) if found is None else found[1:]
+            if path is None:
                 if come_from is q_before:
                     self._vain = bead.first, q_before, search
                 break
-            ways.append((bead.first, q_before, *way))
-            first, q_before = self._stops[bead.first], way[1][-1]
+            paths.append((bead.first, q_before, *path))
+            first, q_before = self._stops[bead.first], path[1][-1]
             come_from = q_before
-        if not ways:
+        if not paths:
             return
-        checked, last = self._checked(begun, first, [(at, roll, q) for at, _, roll, q in ways])
-        for (at, before, _, _), (a, b) in zip(ways, last, strict=True):
+        checked, last = self._checked(begun, first, [(at, roll, q) for at, _, roll, q in paths])
+        for (at, before, _, _), (a, b) in zip(paths, last, strict=True):
             if all(cause is None for cause in checked.causes[a : b + 1]):
                 plan = BeadPlan(at, self._stops[at], (checked.run(a, b),), {}, {})
                 self._expected[at] = _ExpectedBead(before, plan)
         self._together = []
-        for at, *_ in ways:
+        for at, *_ in paths:
             if at not in self._expected:
                 break
             self._together.append(self._expected[at].plan)
@@ -182,10 +182,10 @@ class BeadsAhead:
         """
         context = self._context
         step, window = context.settings.roll_step, context.window
-        way = None if window.is_fixed else StationSearch(beads[0], step, Ends(), nodes=nodes[0]).cheapest_path()
-        if way is None:
+        path = None if window.is_fixed else StationSearch(beads[0], step, Ends(), nodes=nodes[0]).cheapest_path()
+        if path is None:
             return None
-        branch, roll, _ = way
+        branch, roll, _ = path
         rolls = roll[0] + BESIDE * step
         rolls = rolls if window.is_full else np.clip(rolls, window.low, window.high)
         best = rolls[int(np.argmin(held_rolls_price(beads, nodes, branch, rolls, step)))]
@@ -228,13 +228,13 @@ class BeadsAhead:
         return BeadSearch(bead, nodes).first_path(q_before)
 
     def _checked(
-        self, begun: int, stop: int, ways: list[tuple[int, Floats, Floats]]
+        self, begun: int, stop: int, paths: list[tuple[int, Floats, Floats]]
     ) -> tuple[CheckedEdges, list[tuple[int, int]]]:
         """The edges of ways, by first target, rolls and configurations; and the first and last edge of each."""
         together = SearchedBead.of(self._context, begun, stop)
-        start = [np.arange(len(q) - 1) + first - begun for first, _, q in ways]
-        roll = [np.stack([some[:-1], some[1:]], axis=1) for _, some, _ in ways]
-        q = [np.stack([some[:-1], some[1:]], axis=1) for _, _, some in ways]
+        start = [np.arange(len(q) - 1) + first - begun for first, _, q in paths]
+        roll = [np.stack([some[:-1], some[1:]], axis=1) for _, some, _ in paths]
+        q = [np.stack([some[:-1], some[1:]], axis=1) for _, _, some in paths]
         checked = check_edges(together, np.concatenate(start), np.concatenate(roll), np.concatenate(q))
         ends = np.cumsum([len(some) for some in start]).tolist()
         return checked, [(end - len(some), end - 1) for some, end in zip(start, ends, strict=True)]

@@ -59,7 +59,7 @@ class _DepositNames:
 
 
 def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
-    """The plan with the layers named that lock the torch out of what failed.
+    """The plan, with the layers named that keep the torch out where it failed.
 
     Args:
         job: the part.

@@ -3,7 +3,7 @@
     found = collision_free_rolls(context, targets, step)   # {i: [(low, high), ...]} rad: free stretches of the roll
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
     nowhere = free_nowhere(context, targets, step)  # {i: LeastBadRoll}, of those free at no roll
-    hint = configuration_between(context, nodes, T, deposits_laid, roll)   # at this roll, or beside it
+    hint = roll_between_samples(context, nodes, T, deposits_laid, roll)   # at this roll, or beside it
 
 Rolls far apart are checked first, then those between them. Between two samples of a branch the arm has only so far to
 go: where it is deeper in a collision than that at both of them, nothing between them is free, and it is not checked.
@@ -105,7 +105,7 @@ def collision_free_rolls(
 
 @dataclass(frozen=True, eq=False)
 class LeastBadRoll:
-    """The least bad of what was checked of a target that is free at no roll.
+    """The least bad configuration that was checked of a target that is free at no roll.
 
     Attributes:
         q: the configuration, (j,), rad.
@@ -305,10 +305,10 @@ def stabbing(stretches: Iterable[tuple[float, float]]) -> Floats:
     return np.unique(wrap(np.array([*out, (low + high) / 2])[1:]))
 
 
-def configuration_between(
+def roll_between_samples(
     context: Context, nodes: Nodes, T: Floats, deposits_laid: int, roll: float, table: Floats = STANDS
 ) -> RollBetween | None:
-    """Whether the arm can stand at a target at a roll between the samples.
+    """A roll between the samples at which a target has a free configuration, or else its least bad one.
 
     Args:
         context: the cell and what is to be kept.

@@ -44,6 +44,11 @@ class PartPlan:
     travel_failures: dict[int, Failure]
 
     @property
+    def whole(self) -> bool:
+        """Whether all of it can be run through."""
+        return not self.travel_failures and all(bead.whole for bead in self.beads)
+
+    @property
     def stretches(self) -> list[Stretch]:
         """All that can be run through, in order."""
         return [stretch for bead in self.beads for stretch in bead.stretches]

@@ -44,7 +44,7 @@ UNKNOWN, FREE, HIT = 0, 1, 2
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """Where a bead comes from, and what its ends are to be well off.
+    """Where the arm comes from, and configurations that the bead's ends have to differ from.
 
     Attributes:
         q_before: where the arm comes from, (j,), rad, or None.
@@ -106,10 +106,10 @@ class StationSearch:
             The whole bead, checked; None if that was not found.
         """
         for _ in range(ROUNDS):
-            way = self.cheapest_path()
-            if way is None:
+            path = self.cheapest_path()
+            if path is None:
                 break
-            branch, roll, q = way
+            branch, roll, q = path
             start = np.arange(len(q) - 1)
             pair = np.stack([start, start + 1], axis=1)
             found = check_edges(self.bead, start, roll[pair], q[pair])
@@ -134,11 +134,11 @@ class StationSearch:
         q, cost = self._nodes_of(every, roll, branch)
         cost += self._expected_cost_between(branch, roll)[:, None]
         cost[0] += self._arriving(q[:, 0])
-        way = self._cheapest(q, roll, cost)
-        if way is None:
+        path = self._cheapest(q, roll, cost)
+        if path is None:
             return None
-        q_way = banded.with_whole_turns(self.chain, q[:, every, 0, way[1]].T, self.ends.q_before)
-        return None if q_way is None else (branch, roll[every, way[1]], q_way)
+        q_way = banded.with_whole_turns(self.chain, q[:, every, 0, path[1]].T, self.ends.q_before)
+        return None if q_way is None else (branch, roll[every, path[1]], q_way)
 
     @property
     def shut(self) -> bool:
@@ -152,9 +152,9 @@ class StationSearch:
         if roll.shape[1] == 1:
             return banded.cheapest(cost, stay, STILL)
         turns = [np.abs(wrap(roll[1:, a] - roll[:-1, b])) for a, b in ((LATER, EARLIER), (EARLIER, LATER))]
-        way = banded.steadiest(cost, stay, self.bounds.roll_price * float(np.min(turns)))
-        if way is not None:
-            return way
+        path = banded.steadiest(cost, stay, self.bounds.roll_price * float(np.min(turns)))
+        if path is not None:
+            return path
         return banded.cheapest(cost, banded.prices(self.chain, q, roll, self.bounds, NEARBY, circular=False), NEARBY)
 
     def _rolls_between(self, samples: Ints) -> Floats:
@@ -188,16 +188,16 @@ class StationSearch:
             cost[0] += arriving
             if free == MAX_TRIES:  # what else may be clearer is not worth looking at
                 return banded.cheapest(np.where(self.known == FREE, cost, np.inf), edges, shifts)
-            way = banded.cheapest(np.where(self.known == HIT, np.inf, cost), edges, shifts)
-            if way is None:
+            path = banded.cheapest(np.where(self.known == HIT, np.inf, cost), edges, shifts)
+            if path is None:
                 return None
-            g, r = way
+            g, r = path
             new = self.known[s, g, r] == UNKNOWN
             hit = self._look(s[new], g, r[new])
             if hit.any():
                 self._look_around(s[new][hit], g)
             elif not self.expected_cost[s[new], g, r[new]].any():
-                return way
+                return path
             else:
                 free += 1
         return None

@@ -5,7 +5,7 @@
         log.add(row)
 
 The first line names what the results depend on: the case, all files it reads, this program's code and the libraries
-that compute. Each further line ends with a checksum of itself; one that does not hold what was written is told and
+that compute. Each further line ends with a checksum of itself; one that does not hold what was written is reported and
 computed again.
 """
 

@@ -30,7 +30,7 @@ from ik.singularity import KINDS
 
 from ..case.fingerprint import fingerprint as fingerprint
 from ..case.sections import REASONS, Case
-from ..errors import InputError
+from ..errors import InputError, WorkerKilledError
 from ..job.job import Job, prepare
 from ..job.table_groups import table_groups
 from ..plain import plain
@@ -139,7 +139,7 @@ def variant_of(job: Job, pose: Pose) -> Job:
 
 
 def first_group(job: Job) -> Job:
-    """Of a part whose table indexes what is built first, with nothing of the rest there; any other part as a whole.
+    """The first group of a part whose table indexes, without the rest; any other part as a whole.
 
     Args:
         job: from ``cell.job.job.prepare``.
@@ -228,7 +228,7 @@ def _measures(result: Result) -> dict[str, Any]:
 
 
 def require_fixed_table(case: Case) -> None:
-    """Refuse a table that moves along the beads: a map says of poses whether what is built at them can be.
+    """Refuse a table that moves along the beads: a map is of fixed poses.
 
     Args:
         case: to be swept.
@@ -267,8 +267,8 @@ def sweep(
         One row a pose, in the order of the poses.
 
     Raises:
-        InputError: the table moves along the beads, the log belongs to another case, or a worker was
-            killed (finished poses are in the log).
+        InputError: the table moves along the beads, or the log belongs to another case.
+        WorkerKilledError: a worker was killed (finished poses are in the log).
     """
     require_fixed_table(case)
     asked = [Pose(*pose) for pose in poses]
@@ -292,7 +292,8 @@ def sweep(
                     else "--out F.jsonl keeps finished poses"
                 )
                 after = f"after {done} of {len(asked)} poses"
-                raise InputError(f"sweep: a worker process was killed (too little memory?) {after}; {keep}") from None
+                text = f"sweep: a worker process was killed (too little memory?) {after}; {keep}"
+                raise WorkerKilledError(text) from None
         return [book.done[pose] for pose in asked]
 
 

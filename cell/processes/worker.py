@@ -41,7 +41,7 @@ def work_on(pipe: Connection, shared: object, others: Sequence[Connection]) -> N
     for other in others:
         other.close()
     gc.freeze()  # nothing of the parent's is searched for garbage, which would copy it
-    Context().run(work, pipe, shared)  # nobody is at work here, and nobody is told of phases
+    Context().run(work, pipe, shared)  # nobody is at work here, and no phases are reported
 
 
 def work(pipe: Connection, shared: object = None) -> None:

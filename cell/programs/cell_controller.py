@@ -51,21 +51,21 @@ def frames_of(job: Job, controller: Controller) -> ProgramFrames:
     Returns:
         Numbers where the case gives numbers, with the frames that they are taken to hold; else literal frames.
     """
-    section, told = job.case.controller, []
+    section, reported = job.case.controller, []
     own = T_flange_tcp(job.scene)
     if isinstance(section.tool, int):
         tool = ToolFrame(controller.tool_data[section.tool], section.tool)
-        told.append(_taken(f"TOOL_DATA[{section.tool}]", tool.T_flange_tcp))
+        reported.append(_taken(f"TOOL_DATA[{section.tool}]", tool.T_flange_tcp))
     else:
         tool = ToolFrame(own if section.tool is None else matrix_of(section.tool))
     on_table = base_on_part(job, controller.machine)
     if isinstance(section.base, int):
         base = controller.base_data[section.base]
-        told.append(_taken(f"BASE_DATA[{section.base}]", base.T))
+        reported.append(_taken(f"BASE_DATA[{section.base}]", base.T))
     else:
         T = matrix_of(section.base) if isinstance(section.base, FrameSection) else on_table.T
         base = replace(on_table, T=T)
-    return ProgramFrames(controller.program, tool, base, tuple(told))
+    return ProgramFrames(controller.program, tool, base, tuple(reported))
 
 
 def base_on_part(job: Job, machine: int) -> BaseFrame:

@@ -48,17 +48,17 @@ def export_program(job: Job, motion: Motion) -> Exported:
     frames = frames_of(job, controller)
     written = program_of_motion(job, motion, frames)
     files = write_krl(written.program, controller)
-    told = (*frames.warnings, *written.warnings)
+    reported = (*frames.warnings, *written.warnings)
     with tempfile.TemporaryDirectory(prefix="rbam-krl-") as folder:
         for name, text in files.items():
             (Path(folder) / name).write_bytes(text.encode("ascii"))
         again = read_krl(Path(folder) / next(iter(files)), controller)
     other = difference_of(written.program, again)
     if other is not None:
-        return Exported(job, files, written, None, None, f"{_line(again.line_of(other[0]))}: {other[1]}", told)
+        return Exported(job, files, written, None, None, f"{_line(again.line_of(other[0]))}: {other[1]}", reported)
     result = check_program(job, again)
     gap = compared(job, motion, written, result.run)
-    return Exported(job, files, written, gap, result, _fault(gap, written, result), told)
+    return Exported(job, files, written, gap, result, _fault(gap, written, result), reported)
 
 
 def _fault(gap: ProgramDeviation, written: ProgramOfMotion, result: ProgramResult) -> str | None:

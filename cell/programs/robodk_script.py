@@ -158,8 +158,8 @@ def _steps(program: Program) -> Iterator[tuple[object, ...]]:
 def _event(event: Event) -> tuple[object, ...]:
     if event.kind == EventKind.WAIT:
         return ("event", "wait", round(event.seconds, 4))
-    told = " ".join(f"{key} {value}" for key, value in event.fields.items())
-    return ("event", event.kind.value, f"{event.kind.value.replace('_', ' ')} {told}".strip())
+    fields = " ".join(f"{key} {value}" for key, value in event.fields.items())
+    return ("event", event.kind.value, f"{event.kind.value.replace('_', ' ')} {fields}".strip())
 
 
 def _index(value: int) -> int | None:

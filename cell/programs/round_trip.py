@@ -165,7 +165,7 @@ def _shares(since: Floats, chord: Floats, low: float = 0.0) -> Floats:
 
 
 def difference_of(one: Program, other: Program) -> tuple[int, str] | None:
-    """What differs between a program and what was read back of its text.
+    """What differs between a program and the one read back from its text.
 
     Args:
         one: as it was meant.
@@ -186,8 +186,8 @@ def difference_of(one: Program, other: Program) -> tuple[int, str] | None:
         ("blend", SAME_PLACE),
     ):
         x, y = np.asarray(getattr(a, name), dtype=float), np.asarray(getattr(b, name), dtype=float)
-        told = np.isfinite(x)
-        off = np.where(told, np.abs(np.nan_to_num(x) - np.nan_to_num(y, nan=np.inf)), 0.0)
+        reported = np.isfinite(x)
+        off = np.where(reported, np.abs(np.nan_to_num(x) - np.nan_to_num(y, nan=np.inf)), 0.0)
         bad = off > slack if off.ndim == 1 else (off > slack).any(axis=1)
         if bad.any():
             return int(np.argmax(bad)), f"{name} is {y[int(np.argmax(bad))]}, written was {x[int(np.argmax(bad))]}"

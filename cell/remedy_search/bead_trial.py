@@ -24,7 +24,7 @@ TARGETS_ALONE = 4  # targets of a bead that are checked by themselves
 
 
 def first_failure(job: Job, E1_deg: float, E2_deg: float, beads: Iterable[int], wanted: set[int] | None) -> set[int]:
-    """Infeasible targets of the first of some beads that has wanted ones among them (None: any); empty if none has."""
+    """Infeasible targets of the first bead that has wanted ones among them (None: any); empty if none has."""
     table = table_angles(job.scene, E1_deg, E2_deg)
     if table_alone(job.scene, table).distance[0] < 0.0:
         return set(range(len(job.targets)))

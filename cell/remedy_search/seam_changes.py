@@ -118,7 +118,7 @@ def reseamed(job: Job, place: SeamPlace) -> Job:
 
 
 def counterparts(before: Job, after: Job, targets: Ints) -> set[int]:
-    """The targets of a job with other seams that stand for some of the job before: those of the same beads.
+    """The targets of the same beads in a job with other seams.
 
     Where an order of little travel numbers beads anew, those of the same layers.
     """

@@ -25,7 +25,7 @@ def slice_lines(
     sliced: Sequence[SlicedSubVolume],
     found: Sequence[Indices],
     warnings: Sequence[str],
-    told: Sequence[str] = (),
+    reported: Sequence[str] = (),
     laid: Sequence[LaidSubVolume] = (),
     process: Process | None = None,
 ) -> Iterator[RenderableType]:
@@ -35,7 +35,7 @@ def slice_lines(
         sliced: the sub-volumes.
         found: their indices.
         warnings: of the part as a whole, one line each.
-        told: of its beads, one line each.
+        reported: of its beads, one line each.
         laid: its beads, for their metal and overhangs.
         process: density and wire, for mass and length.
 
@@ -66,5 +66,5 @@ def slice_lines(
     if laid and process is not None:
         metal = metal_document([m for one in laid for m in one.metal], process.density_g_cm3, process.wire_diameter_mm)
         yield f"metal: {metal_in_words(metal)}"
-    for line in (*warnings, *(line for s in sliced for line in s.warnings), *told):
+    for line in (*warnings, *(line for s in sliced for line in s.warnings), *reported):
         yield f"warning: {line}"

@@ -2,7 +2,7 @@
 
 Use:
 
-    place, quat = calibrated(spec, told, place, quat)      # the model changed; where it stands now
+    place, quat = calibrated(assembly, spec, place, quat)      # the model changed; where it stands now
 
 A controller keeps a positioner as a chain of frames, X Y Z in mm and A B C in degrees (R = Rz(A) Ry(B) Rx(C)):
 root · axis 1 · Rz(E1) · axis 2 · Rz(E2) · flange. Real axes are neither square nor crossing. The model's shapes stay
@@ -70,11 +70,11 @@ def frame_from_mm_deg(xyzabc: tuple[float, ...]) -> Floats:
     return pose(np.array(xyzabc[:3]) * METRES_PER_MM, R)
 
 
-def calibrated(pieces: CellAssembly, spec: mujoco.MjSpec, place: Floats, quat: Floats) -> tuple[Floats, Floats]:
+def calibrated(assembly: CellAssembly, spec: mujoco.MjSpec, place: Floats, quat: Floats) -> tuple[Floats, Floats]:
     """Bring a positioner's model to where it was measured.
 
     Args:
-        pieces: the cell so far; its case holds the measured frames, and its warnings get what deviates much.
+        assembly: the cell so far; its case holds the measured frames, and its warnings get what deviates much.
         spec: the positioner's model, which is changed.
         place: where the case puts its origin, (3,), m.
         quat: and how it is turned.
@@ -85,18 +85,18 @@ def calibrated(pieces: CellAssembly, spec: mujoco.MjSpec, place: Floats, quat: F
     Raises:
         InputError: the frames do not fit the positioner's axes; one line.
     """
-    told = pieces.case.positioner
-    if told.calibration is None:
+    given = assembly.case.positioner
+    if given.calibration is None:
         return place, quat
     T_place = _pose_of(place, quat)
-    joints = _in_order(pieces, told)
-    drawn, bodies = _drawn(spec, joints, told.table, T_place)
-    measured = _alike(_measured(told.calibration, drawn), drawn)
+    joints = _in_order(assembly, given)
+    drawn, bodies = _drawn(spec, joints, given.table, T_place)
+    measured = _alike(_measured(given.calibration, drawn), drawn)
     before, after = drawn.at_zero(), measured.at_zero()
     moved = [new @ inverse(old) for new, old in zip(after, before, strict=True)]
-    pieces.warnings += _deviations(measured, drawn, float(T_place[:3, 2] @ moved[0][:3, :3] @ T_place[:3, 2]))
+    assembly.warnings += _deviations(measured, drawn, float(T_place[:3, 2] @ moved[0][:3, :3] @ T_place[:3, 2]))
     # the whole device goes with its first axis, what the second carries with that, the table's frame with the flange
-    _move(spec, "site", told.table, inverse(T_place) @ inverse(moved[-2]) @ moved[-1] @ T_place)
+    _move(spec, "site", given.table, inverse(T_place) @ inverse(moved[-2]) @ moved[-1] @ T_place)
     if len(joints) == 2:
         _move(spec, "body", bodies[1], inverse(T_place) @ inverse(moved[0]) @ moved[1] @ T_place)
     T = moved[0] @ T_place
@@ -105,17 +105,17 @@ def calibrated(pieces: CellAssembly, spec: mujoco.MjSpec, place: Floats, quat: F
     return T[:3, 3], turned
 
 
-def _in_order(pieces: CellAssembly, told: Positioner) -> list[str]:
-    calibration = told.calibration
+def _in_order(assembly: CellAssembly, given: Positioner) -> list[str]:
+    calibration = given.calibration
     assert calibration is not None
-    if not told.joints:
-        raise InputError(f"{pieces.case.path}: positioner.calibration: the table has no axes; leave it out")
-    if (calibration.axis_2_mm_deg is not None) != (len(told.joints) == 2):
-        needed = "axis_2_mm_deg is needed" if len(told.joints) == 2 else "leave axis_2_mm_deg out"
+    if not given.joints:
+        raise InputError(f"{assembly.case.path}: positioner.calibration: the table has no axes; leave it out")
+    if (calibration.axis_2_mm_deg is not None) != (len(given.joints) == 2):
+        needed = "axis_2_mm_deg is needed" if len(given.joints) == 2 else "leave axis_2_mm_deg out"
         raise InputError(
-            f"{pieces.case.path}: positioner.calibration: the positioner has {len(told.joints)} axis(es): {needed}"
+            f"{assembly.case.path}: positioner.calibration: the positioner has {len(given.joints)} axis(es): {needed}"
         )
-    return list(told.joints)
+    return list(given.joints)
 
 
 def _pose_of(position: Floats, quat: Floats) -> Floats:
@@ -149,10 +149,10 @@ def _about(axis: Floats) -> Floats:
     return np.stack([x, np.cross(axis, x), axis], axis=1)
 
 
-def _measured(told: Calibration, drawn: _PositionerFrames) -> _PositionerFrames:
-    first = frame_from_mm_deg(told.root_mm_deg) @ frame_from_mm_deg(told.axis_1_mm_deg)
-    second = () if told.axis_2_mm_deg is None else (frame_from_mm_deg(told.axis_2_mm_deg),)
-    flange = drawn.flange if told.flange_mm_deg is None else frame_from_mm_deg(told.flange_mm_deg)
+def _measured(given: Calibration, drawn: _PositionerFrames) -> _PositionerFrames:
+    first = frame_from_mm_deg(given.root_mm_deg) @ frame_from_mm_deg(given.axis_1_mm_deg)
+    second = () if given.axis_2_mm_deg is None else (frame_from_mm_deg(given.axis_2_mm_deg),)
+    flange = drawn.flange if given.flange_mm_deg is None else frame_from_mm_deg(given.flange_mm_deg)
     return _PositionerFrames((first, *second), flange)
 
 

@@ -2,9 +2,9 @@
 
 Use:
 
-    pieces = CellAssembly(surroundings(case), case)     # cell.scene.equipment fills it
-    pieces.piece["link_3"]                        # Piece.ROBOT
-    pieces.name(Piece.TOOL, "sites", "tcp")       # its name in the cell
+    assembly = CellAssembly(surroundings(case), case)     # cell.scene.equipment fills it
+    assembly.piece["link_3"]                        # BodyOwner.ROBOT
+    assembly.name(BodyOwner.TOOL, "sites", "tcp")       # its name in the cell
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """What may touch what in a composed cell: contact bits, and the pairs that MuJoCo would leave out.
 
-    set_contact_bits(pieces)                  # everything against everything, but for the wire on the part
-    pair_tool_with_arm(pieces)                # the tool against the links that MuJoCo leaves out
+    set_contact_bits(assembly)                  # everything against everything, but for the wire on the part
+    pair_tool_with_arm(assembly)                # the tool against the links that MuJoCo leaves out
 
-Pieces are told apart by the bodies they belong to, never by what a shape is called.
+Pieces are distinguished by the bodies they belong to, never by what a shape is called.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ TURNS = 25  # angles of the last joint at which the arm's own shapes are checked
 FAR_AWAY = 10.0  # m
 
 
-def set_contact_bits(pieces: CellAssembly) -> None:
-    """Everything may hit everything, but for the wire on the part (a model's own bits only say what collides)."""
-    wires = pieces.wires
-    for geom in pieces.world.geoms:
+def set_contact_bits(assembly: CellAssembly) -> None:
+    """Let everything collide but the wire with the part; a model's own bits say only which shapes collide."""
+    wires = assembly.wires
+    for geom in assembly.world.geoms:
         if not (geom.contype or geom.conaffinity):
             continue
-        piece = pieces.piece.get(geom.parent.name, BodyOwner.SURROUNDINGS)
+        piece = assembly.piece.get(geom.parent.name, BodyOwner.SURROUNDINGS)
         if piece is BodyOwner.TOOL and geom.name in wires:
             geom.contype, geom.conaffinity = WIRE, 0
         elif piece in (BodyOwner.SUPPORT, BodyOwner.PART):
@@ -54,7 +54,7 @@ def set_contact_bits(pieces: CellAssembly) -> None:
             geom.contype, geom.conaffinity = SOLID, SOLID | WIRE
 
 
-def pair_tool_with_arm(pieces: CellAssembly) -> None:
+def pair_tool_with_arm(assembly: CellAssembly) -> None:
     """Name the pairs of the tool and the arm that MuJoCo leaves out though they move against each other.
 
     MuJoCo leaves out a body and the one that carries it, and what the model excludes; the tool is welded to the arm's
@@ -64,15 +64,15 @@ def pair_tool_with_arm(pieces: CellAssembly) -> None:
     Raises:
         InputError: the arm and its tool do not compile.
     """
-    case, world = pieces.case, pieces.world
-    joints = [world.joint(pieces.name(BodyOwner.ROBOT, "joints", name)) for name in case.robot.joints]
+    case, world = assembly.case, assembly.world
+    joints = [world.joint(assembly.name(BodyOwner.ROBOT, "joints", name)) for name in case.robot.joints]
     if None in joints:
         return  # cell.scene.compose says which
     try:
         model = world.copy().compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the robot with its tool does not compile: {one_line(error)}") from None
-    wrist = _ToolPairs(model, pieces, tuple(model.joint(joint.name).id for joint in joints))
+    wrist = _ToolPairs(model, assembly, tuple(model.joint(joint.name).id for joint in joints))
     left_out = []
     for tool, arm in wrist.unseen():
         fixed = wrist.bolted_on(tool, arm)
@@ -89,27 +89,27 @@ def pair_tool_with_arm(pieces: CellAssembly) -> None:
             f"robot.model: {', '.join(left_out)} touch at every angle of {case.robot.joints[-1]}: collisions of these "
             "shapes at the flange with each other are not checked"
         )
-        pieces.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
+        assembly.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
 
 
 def _pair_links(wrist: _ToolPairs) -> None:
     """Name the pairs of links with two or more joints between that MuJoCo takes for a body and the one that carries it.
 
-    So they are where a body has several joints. What touches at every angle that is checked is left out and said.
+    So they are where a body has several joints. What touches at every angle that is checked is left out and reported.
     """
-    pieces, left_out = wrist.pieces, []
+    assembly, left_out = wrist.assembly, []
     for outer, inner in wrist.unseen_links():
         names = wrist.model.geom(outer).name, wrist.model.geom(inner).name
         if wrist.always_touch(outer, inner):
             left_out.append(" - ".join(reversed(names)))
         else:
-            pieces.world.add_pair(name="~".join(names), geomname1=names[0], geomname2=names[1])
+            assembly.world.add_pair(name="~".join(names), geomname1=names[0], geomname2=names[1])
     if left_out:
         text = (
             f"robot.model: {', '.join(left_out)} touch at every angle between them: their collision with each "
             "other is not checked"
         )
-        pieces.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
+        assembly.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,12 +118,12 @@ class _ToolPairs:
 
     Attributes:
         model: compiled.
-        pieces: what it was compiled from.
+        assembly: what it was compiled from.
         joints: ids of the arm's joints.
     """
 
     model: mujoco.MjModel
-    pieces: CellAssembly
+    assembly: CellAssembly
     joints: tuple[int, ...]
 
     @cached_property
@@ -139,14 +139,14 @@ class _ToolPairs:
     @cached_property
     def of_tool(self) -> NDArray[np.bool_]:
         """Whether a geom is the tool's, by its body."""
-        piece = [self.pieces.piece.get(self.model.body(b).name) for b in range(self.model.nbody)]
+        piece = [self.assembly.piece.get(self.model.body(b).name) for b in range(self.model.nbody)]
         of_tool = np.array([p is BodyOwner.TOOL for p in piece])
         return of_tool[self.model.geom_bodyid]
 
     @cached_property
     def flange(self) -> tuple[Floats, Floats]:
         """Its place and its z axis with all joints at zero, world, m."""
-        site = self.model.site(self.pieces.name(BodyOwner.ROBOT, "sites", self.pieces.case.robot.flange)).id
+        site = self.model.site(self.assembly.name(BodyOwner.ROBOT, "sites", self.assembly.case.robot.flange)).id
         return self.data.site_xpos[site], self.data.site_xmat[site].reshape(3, 3)[:, 2]
 
     @cached_property
@@ -161,7 +161,7 @@ class _ToolPairs:
         """Geoms of tool and arm that move against each other, but that MuJoCo does not hold against each other."""
         model = self.model
         hard = (model.geom_contype | model.geom_conaffinity) != 0
-        robot = np.array([self.pieces.piece.get(model.body(b).name) is BodyOwner.ROBOT for b in model.geom_bodyid])
+        robot = np.array([self.assembly.piece.get(model.body(b).name) is BodyOwner.ROBOT for b in model.geom_bodyid])
         last = len(self.joints)
         moved = np.flatnonzero(hard & (self.moved_by == last)).tolist()
         tools = [g for g in moved if self.of_tool[g] or self._beyond(g)]
@@ -175,7 +175,7 @@ class _ToolPairs:
         """
         model, known = self.model, set(self.unseen())
         hard = (model.geom_contype | model.geom_conaffinity) != 0
-        robot = [self.pieces.piece.get(model.body(b).name) is BodyOwner.ROBOT for b in model.geom_bodyid]
+        robot = [self.assembly.piece.get(model.body(b).name) is BodyOwner.ROBOT for b in model.geom_bodyid]
         geoms, moved = np.flatnonzero(hard & np.array(robot)).tolist(), self.moved_by
         pairs = [(o, i) for o in geoms for i in geoms if moved[o] - moved[i] >= 2 and (o, i) not in known]
         return [(o, i) for o, i in pairs if self._filtered(o, i) and not self._excluded(o, i)]

@@ -1,9 +1,9 @@
 """The pieces of a cell, put into one MjSpec: surroundings, robot with its tool, positioner, part, fixtures.
 
-    pieces = CellAssembly(surroundings(case), case)
-    held = add_robot(pieces)
-    held = add_positioner(pieces)
-    add_part(pieces, shape); add_fixture(pieces, fixture)
+    assembly = CellAssembly(surroundings(case), case)
+    held = add_robot(assembly)
+    held = add_positioner(assembly)
+    add_part(assembly, shape); add_fixture(assembly, fixture)
 
 Every piece keeps its own names where it can (``cell.mjcf.names``); which piece a shape belongs to is known by its body.
 World frame, metres; ``cell.scene.compose`` compiles what comes of it.
@@ -80,7 +80,7 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
     return spec
 
 
-def _prepared(pieces: CellAssembly, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
+def _prepared(assembly: CellAssembly, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
     """A model with all that is named and nothing that only a simulation needs."""
     gone = []
     pairs = list(spec.pairs) if what == "positioner" else []  # of the arm's pairs alone a motion is asked
@@ -90,14 +90,14 @@ def _prepared(pieces: CellAssembly, spec: mujoco.MjSpec, what: str) -> mujoco.Mj
         text = (
             f"{what}.model: {' and '.join(gone)} left out of the cell: collisions that only they name are not checked"
         )
-        pieces.warnings.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
+        assembly.warnings.append(Warning(Code.MODEL_ELEMENT_LEFT_OUT, text))
     for kind in (*DRIVEN, "flexes"):  # names in them would have to follow; kinematics and contacts need none
         for element in list(getattr(spec, kind)):
             spec.delete(element)
     _let_collide(spec)
     for pair in pairs:
         spec.delete(pair)
-    _with_the_cells_options(spec, pieces.world)
+    _with_the_cells_options(spec, assembly.world)
     for body in spec.bodies:
         body.mocap = False  # what a user drags in a viewer stays where it is drawn
     for eye in (*spec.cameras, *spec.lights):
@@ -132,7 +132,7 @@ def _with_the_cells_options(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> None:
 
 
 def _put(
-    pieces: CellAssembly, child: mujoco.MjSpec, piece: BodyOwner, parent: mujoco.MjsBody, pos: Floats, quat: Floats
+    assembly: CellAssembly, child: mujoco.MjSpec, piece: BodyOwner, parent: mujoco.MjsBody, pos: Floats, quat: Floats
 ) -> None:
     """Attach a prepared model to a body.
 
@@ -145,16 +145,16 @@ def _put(
     holds = [(e.bodyname1, e.bodyname2) for e in of_world]
     for exclude in of_world:
         child.delete(exclude)
-    world = pieces.world
+    world = assembly.world
     if len(child.worldbody.geoms):
         parent = parent.add_body(name=what, pos=pos, quat=quat)
-        pieces.piece[what] = piece
+        assembly.piece[what] = piece
         frame = parent.add_frame()
     else:
         frame, holds = parent.add_frame(pos=pos, quat=quat), []
-    names = pieces.names[piece] = attach(world, child, f"{what}/", frame)
+    names = assembly.names[piece] = attach(world, child, f"{what}/", frame)
     names.bodies["world"] = parent.name
-    pieces.piece.update(dict.fromkeys((n for own, n in names.bodies.items() if own != "world"), piece))
+    assembly.piece.update(dict.fromkeys((n for own, n in names.bodies.items() if own != "world"), piece))
     for pair in holds:
         one, two = (names.bodies[name] for name in pair)
         world.add_exclude(bodyname1=one, bodyname2=two)
@@ -181,7 +181,7 @@ def quaternion_about(rotation_deg: tuple[float, float, float]) -> Floats:
     return quat
 
 
-def add_robot(pieces: CellAssembly) -> HeldJoints:
+def add_robot(assembly: CellAssembly) -> HeldJoints:
     """Attach the arm and its tool.
 
     Returns:
@@ -190,16 +190,16 @@ def add_robot(pieces: CellAssembly) -> HeldJoints:
     Raises:
         InputError: there is no such model, or its flange or the tool's dimensions are not as the case says.
     """
-    case, world = pieces.case, pieces.world
+    case, world = assembly.case, assembly.world
     robot = _load(case, case.robot.model, "robot")
     held = hold(robot, case.robot.joints, _own_places(case, "robot"))
     check_planned(held, case.robot.joints, _own_places(case, "robot"))
     if robot.site(case.robot.flange) is None:
         raise InputError(f"{case.path}: robot.flange: {case.robot.model} has no site named {case.robot.flange!r}")
-    _prepared(pieces, robot, "robot")
+    _prepared(assembly, robot, "robot")
     pos, quat = _stands_at(robot, case.robot.flange, "robot")
     place = np.array(case.robot.position_mm) * METRES_PER_MM
-    _put(pieces, robot, BodyOwner.ROBOT, world.worldbody, place, quaternion_about(case.robot.rotation_deg))
+    _put(assembly, robot, BodyOwner.ROBOT, world.worldbody, place, quaternion_about(case.robot.rotation_deg))
     tool = _load(case, case.tool.model, "tool")
     held_by_tool = hold(tool, (), _own_places(case, "tool"))
     if case.tool.dimensions or case.tool.model == "cmt_torch":
@@ -210,15 +210,15 @@ def add_robot(pieces: CellAssembly) -> HeldJoints:
     for wire in case.tool.wire:
         if tool.geom(wire) is None:
             raise InputError(f"{case.path}: tool.wire: {case.tool.model} has no geom named {wire!r}")
-    _prepared(pieces, tool, "tool")
-    flange = world.site(pieces.name(BodyOwner.ROBOT, "sites", case.robot.flange))
-    _put(pieces, tool, BodyOwner.TOOL, flange.parent, pos, quat)
+    _prepared(assembly, tool, "tool")
+    flange = world.site(assembly.name(BodyOwner.ROBOT, "sites", case.robot.flange))
+    _put(assembly, tool, BodyOwner.TOOL, flange.parent, pos, quat)
     return replace(held, warnings=(*held.warnings, *held_by_tool.warnings))
 
 
 def _own_places(case: Case, section: str) -> OwnPlaces:
-    told = getattr(case, section)
-    return OwnPlaces(section, told.model, str(case.path), told.held_deg, told.held_mm)
+    given = getattr(case, section)
+    return OwnPlaces(section, given.model, str(case.path), given.held_deg, given.held_mm)
 
 
 def _dimension_problem(error: Exception) -> str:
@@ -232,7 +232,7 @@ def _dimension_problem(error: Exception) -> str:
     return text
 
 
-def add_positioner(pieces: CellAssembly) -> HeldJoints:
+def add_positioner(assembly: CellAssembly) -> HeldJoints:
     """Attach the positioner where the case puts it.
 
     Axes that it does not have are joints that nothing hangs on, so that every cell has two: :data:`UNUSED`. A table
@@ -244,36 +244,36 @@ def add_positioner(pieces: CellAssembly) -> HeldJoints:
     Raises:
         InputError: there is no such model, or it has no site for the table.
     """
-    case, world, told = pieces.case, pieces.world, pieces.case.positioner
-    if told.model == NO_TABLE:
+    case, world, given = assembly.case, assembly.world, assembly.case.positioner
+    if given.model == NO_TABLE:
         positioner = mujoco.MjSpec()
-        positioner.worldbody.add_site(name=told.table)
+        positioner.worldbody.add_site(name=given.table)
     else:
-        positioner = _load(case, told.model, "positioner")
-    held = hold(positioner, told.joints, _own_places(case, "positioner"))
-    if positioner.site(told.table) is None:
-        raise InputError(f"{case.path}: positioner.table: {told.model} has no site named {told.table!r}")
-    check_planned(held, told.joints, _own_places(case, "positioner"))
+        positioner = _load(case, given.model, "positioner")
+    held = hold(positioner, given.joints, _own_places(case, "positioner"))
+    if positioner.site(given.table) is None:
+        raise InputError(f"{case.path}: positioner.table: {given.model} has no site named {given.table!r}")
+    check_planned(held, given.joints, _own_places(case, "positioner"))
     for numeric in list(positioner.numerics):
         numeric.name = f"positioner_{numeric.name}"
-    _prepared(pieces, positioner, "positioner")
-    place, quat = np.array(told.position_mm) * METRES_PER_MM, quaternion_about(told.rotation_deg)
-    place, quat = calibrated(pieces, positioner, place, quat)
-    pieces.table = _stands_at(positioner, told.table, "positioner")
+    _prepared(assembly, positioner, "positioner")
+    place, quat = np.array(given.position_mm) * METRES_PER_MM, quaternion_about(given.rotation_deg)
+    place, quat = calibrated(assembly, positioner, place, quat)
+    assembly.table = _stands_at(positioner, given.table, "positioner")
     root = world.worldbody
-    if not told.joints:
+    if not given.joints:
         root = root.add_body(name=ROOT, pos=place, quat=quat)
         place, quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-    pieces.piece[ROOT] = pieces.piece[PLATE] = BodyOwner.POSITIONER
-    _put(pieces, positioner, BodyOwner.POSITIONER, root, place, quat)
-    if not told.joints:
-        pos, quat = pieces.table
-        plate = world.site(pieces.name(BodyOwner.POSITIONER, "sites", told.table)).parent
+    assembly.piece[ROOT] = assembly.piece[PLATE] = BodyOwner.POSITIONER
+    _put(assembly, positioner, BodyOwner.POSITIONER, root, place, quat)
+    if not given.joints:
+        pos, quat = assembly.table
+        plate = world.site(assembly.name(BodyOwner.POSITIONER, "sites", given.table)).parent
         plate = plate.add_body(name=PLATE, pos=pos, quat=quat)
         _still(plate, UNUSED)
-        pieces.table = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+        assembly.table = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
         held = replace(held, warnings=(*held.warnings, *_without_shape(case)))
-    elif len(told.joints) == 1:
+    elif len(given.joints) == 1:
         _still(world.worldbody.add_body(name="unused"), UNUSED)
     return held
 
@@ -299,10 +299,10 @@ def _without_shape(case: Case) -> tuple[Warning, ...]:
     )
 
 
-def leave_out_table(pieces: CellAssembly) -> None:
+def leave_out_table(assembly: CellAssembly) -> None:
     """Leave out pairs of a fixed table and what stands on it: as on one that turns, it touches it by design."""
-    world = pieces.world
-    if pieces.case.positioner.joints:
+    world = assembly.world
+    if assembly.case.positioner.joints:
         return
     below: list[str] = []
     for k, body in enumerate([world.body(ROOT), *world.body(ROOT).find_all("body")]):

@@ -31,7 +31,7 @@ CARRIERS = (BodyOwner.SUPPORT, BodyOwner.POSITIONER, BodyOwner.FIXTURE)
 
 
 def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
-    """Say what stands in what carries it, and a body that nothing carries.
+    """Warn of parts that are sunk into what carries them, and of a body that nothing carries.
 
     Args:
         scene: the composed cell.
@@ -62,8 +62,8 @@ def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
             )
             yield Warning(Code.PART_NOT_ON_SUPPORT, text, sub_volume=what if beads else "")
         if not beads and _nearest(model, data, of_part, carriers)[0] > OFF_MM * METRES_PER_MM:
-            told = scene.case.part.body
-            ends = told is not None and told.z_mm is None and told.radius_mm is not None and told.mesh is None
+            body = scene.case.part.body
+            ends = body is not None and body.z_mm is None and body.radius_mm is not None and body.mesh is None
             hint = " (part.body.z_mm is not given, so the body ends where its sub-volumes end)" if ends else ""
             where = f"its lower end is {off_mm:.1f} mm above" if off_mm > OFF_MM else "it stands beside"
             text = f"part.position_mm: nothing carries the body: {where} the surface that the part stands on{hint}"
@@ -71,7 +71,7 @@ def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
 
 
 def sunk(scene: Scene) -> Iterator[Warning]:
-    """Say which fixtures reach into shapes of the models or the support that never move against them.
+    """Warn of fixtures that reach into shapes of the models or the support that never move against them.
 
     Args:
         scene: the composed cell.

@@ -121,7 +121,7 @@ class TableFreedom:
         return best
 
     def off_at_turn(self, normals: Floats, E2: Floats, about: Floats) -> Floats:
-        """The least angle from up with E2 given, E1 doing what it can near to where it is.
+        """The least angle from up at a given E2, with E1 at its best angle near the present one.
 
         Args:
             normals: unit vectors, (m, 3), part frame.

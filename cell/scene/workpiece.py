@@ -2,7 +2,7 @@
 
 Use:
 
-    add_part(pieces, shape); add_fixture(pieces, fixture)
+    add_part(assembly, shape); add_fixture(assembly, fixture)
 """
 
 from __future__ import annotations
@@ -42,28 +42,28 @@ COLOUR = {
 }
 
 
-def _table_body(pieces: CellAssembly) -> mujoco.MjsBody:
+def _table_body(assembly: CellAssembly) -> mujoco.MjsBody:
     """The body that holds the table's site; of a fixed table its plate."""
-    told = pieces.case.positioner
-    if not told.joints:
-        return pieces.world.body(PLATE)
-    return pieces.world.site(pieces.name(BodyOwner.POSITIONER, "sites", told.table)).parent
+    positioner = assembly.case.positioner
+    if not positioner.joints:
+        return assembly.world.body(PLATE)
+    return assembly.world.site(assembly.name(BodyOwner.POSITIONER, "sites", positioner.table)).parent
 
 
-def add_part(pieces: CellAssembly, part: PartShape, together: int = MANY_PIECES) -> None:
+def add_part(assembly: CellAssembly, part: PartShape, together: int = MANY_PIECES) -> None:
     """Put support and part onto the positioner's table, with a site ``part`` at the part's frame."""
-    case, world = pieces.case, pieces.world
-    pos, quat = pieces.table
-    fixed = _table_body(pieces).add_body(name="workpiece", pos=pos, quat=quat)
-    pieces.piece["workpiece"] = BodyOwner.SUPPORT
+    case, world = assembly.case, assembly.world
+    pos, quat = assembly.table
+    fixed = _table_body(assembly).add_body(name="workpiece", pos=pos, quat=quat)
+    assembly.piece["workpiece"] = BodyOwner.SUPPORT
     lift = 0.0 if case.support is None else _add_support(fixed, case.support)
     place = np.array(case.part.position_mm) * METRES_PER_MM + (0.0, 0.0, lift)
     body = fixed.add_body(name="part", pos=place, quat=quaternion_about((0.0, 0.0, case.part.rotation_deg)))
-    pieces.piece["part"] = BodyOwner.PART
+    assembly.piece["part"] = BodyOwner.PART
     body.add_site(name="part", size=(0.002, 0.002, 0.002), group=4)
     _add_visuals(world, body, part)
-    pieces.warnings += _filled_body(case, part)
-    _add_hulls(pieces, body, part, together)
+    assembly.warnings += _filled_body(case, part)
+    _add_hulls(assembly, body, part, together)
 
 
 def _add_support(body: mujoco.MjsBody, support: Support) -> float:
@@ -100,15 +100,15 @@ def _add_visuals(world: mujoco.MjSpec, body: mujoco.MjsBody, part: PartShape) ->
         )
 
 
-def _add_hulls(pieces: CellAssembly, body: mujoco.MjsBody, part: PartShape, together: int) -> None:
+def _add_hulls(assembly: CellAssembly, body: mujoco.MjsBody, part: PartShape, together: int) -> None:
     """What the part collides with: convex pieces of its body and deposits; many of them in bodies of their own."""
     several = len(part.hulls) > together
-    holder, world = body, pieces.world
+    holder, world = body, assembly.world
     for i, (name, vertices) in enumerate(part.hulls.items()):
         if several and i % together == 0:
             # MuJoCo goes through every geom of a body that may be hit: what lies far off is left out body by body
             holder = body.add_body(name=f"pieces_{i // together}")
-            pieces.piece[holder.name] = BodyOwner.PART
+            assembly.piece[holder.name] = BodyOwner.PART
         world.add_mesh(name=name, uservert=(vertices * METRES_PER_MM).ravel())
         holder.add_geom(
             name=name,
@@ -141,13 +141,13 @@ def _crossed(mesh: Mesh) -> Floats:
     return crossed
 
 
-def add_fixture(pieces: CellAssembly, fixture: Fixture) -> None:
+def add_fixture(assembly: CellAssembly, fixture: Fixture) -> None:
     """Put a fixture onto the floor or the table.
 
     Raises:
         InputError: its mesh is missing, or its name is another's.
     """
-    case, world = pieces.case, pieces.world
+    case, world = assembly.case, assembly.world
     if not fixture.name.strip() or not fixture.name.isprintable():
         raise InputError(
             f"{case.path}: fixtures: {fixture.name!r} is not a name; one line of printable characters is needed"
@@ -158,15 +158,15 @@ def add_fixture(pieces: CellAssembly, fixture: Fixture) -> None:
         )
     parent, name = world.worldbody, f"fixture/{fixture.name}"
     if fixture.on == "table":
-        pos, quat = pieces.table
-        parent = _table_body(pieces).add_body(name=f"{name}/frame", pos=pos, quat=quat)
-        pieces.on_table.add(name)
+        pos, quat = assembly.table
+        parent = _table_body(assembly).add_body(name=f"{name}/frame", pos=pos, quat=quat)
+        assembly.on_table.add(name)
     body = parent.add_body(
         name=name,
         pos=np.array(fixture.position_mm) * METRES_PER_MM,
         quat=quaternion_about(fixture.rotation_deg),
     )
-    pieces.piece[name] = BodyOwner.FIXTURE
+    assembly.piece[name] = BodyOwner.FIXTURE
     options = {
         "name": fixture.name,
         "rgba": COLOUR["fixture"],
@@ -187,7 +187,7 @@ def add_fixture(pieces: CellAssembly, fixture: Fixture) -> None:
             "type": mujoco.mjtGeom.mjGEOM_MESH,
             "meshname": _fixture_mesh(world, case, fixture),
         }
-        for solid in _solids(pieces, fixture, shape):
+        for solid in _solids(assembly, fixture, shape):
             body.add_geom(**{**options, **solid})
     if fixture.mesh is None:
         body.add_geom(**shape, **options)
@@ -209,9 +209,9 @@ def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
     return name
 
 
-def _solids(pieces: CellAssembly, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _solids(assembly: CellAssembly, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """What collides of a fixture's mesh, as options of geoms: itself where it is convex, else convex pieces."""
-    case, world = pieces.case, pieces.world
+    case, world = assembly.case, assembly.world
     path = Path(case.path_of(str(fixture.mesh))).resolve()
     changed = path.stat()
     try:
@@ -225,7 +225,7 @@ def _solids(pieces: CellAssembly, fixture: Fixture, shape: dict[str, Any]) -> It
                 f"the shape for collisions has {100 * found.excess:.0f} % more volume, which fills some of its hollows"
             )
         text = f"fixtures.{fixture.name}.mesh: {more}; several fixtures of simple shapes are exact"
-        pieces.warnings.append(Warning(Code.CONCAVE_FIXTURE, text))
+        assembly.warnings.append(Warning(Code.CONCAVE_FIXTURE, text))
     if len(found.pieces) == 1:
         yield {**shape, "name": fixture.name}
         return

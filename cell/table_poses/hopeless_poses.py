@@ -140,8 +140,8 @@ def _proved_out(job: Job, placed: Sequence[PlacedTargets]) -> list[dict[int, str
     Ts = np.concatenate([one.Ts_base_target for one in placed])
     proofs = certify(solver.chain, Ts, job.window, job.singularity_limits, solver.form)
     dead = proofs.unreachable.reshape(len(placed), -1)
-    told = iter(reasons(solver, Ts[proofs.unreachable], job.window, roll_steps(job)[0]))
-    return [{i: next(told) for i in np.flatnonzero(rows).tolist()} for rows in dead]
+    causes = iter(reasons(solver, Ts[proofs.unreachable], job.window, roll_steps(job)[0]))
+    return [{i: next(causes) for i in np.flatnonzero(rows).tolist()} for rows in dead]
 
 
 def _nodes(job: Job, placed: PlacedTargets, targets: Ints, roll_step: float) -> Nodes:

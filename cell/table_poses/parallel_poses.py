@@ -12,7 +12,7 @@ LARGE = 300  # targets from which on workers, whose start takes a second of each
 
 
 def pool_for_poses(job: Job) -> WorkerPool:
-    """Those at work, for a large part; else nobody but this process.
+    """The pool of workers for a large part; for others this process alone.
 
     Args:
         job: the part.

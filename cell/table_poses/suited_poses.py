@@ -104,7 +104,7 @@ def pose_grid(scene: Scene) -> Floats:
 
 
 def with_targets_of(job: Job, group: TableGroup) -> Job:
-    """The job with a group's targets alone; deposits are numbered as ever."""
+    """The job with a group's targets alone; deposits are numbered as usual."""
     t, mine = job.targets, slice(group.first, group.stop)
     names = ("sub_volume_index", "layer", "bead", "position", "normal", "tangent", "thickness_mm", "speed_mm_s")
     return replace(job, targets=replace(t, **{name: getattr(t, name)[mine] for name in names}))
@@ -173,7 +173,7 @@ def upright_band(job: Job, group: TableGroup, pose: Angles) -> int:
 
 
 def serves(job: Job, group: TableGroup, pose: Angles) -> bool:
-    """Whether nothing speaks against a pose for a group, with what is built before it there."""
+    """Whether a pose suits a group, with everything there that is built before it."""
     own = with_targets_of(job, group)
     E1_deg, E2_deg = np.rad2deg(pose).tolist()
     return screen(own, E1_deg, E2_deg, int(own.laid.max())) is None

@@ -53,12 +53,12 @@ class CheckedTravel:
     """A way that is free.
 
     Attributes:
-        way: samples and their clearances.
+        path: samples and their clearances.
         least: the nearest that anything comes on it, m; infinite where nothing is near.
         pair: the two geoms.
     """
 
-    way: TravelPath
+    path: TravelPath
     least: float
     pair: tuple[int, int]
 
@@ -91,7 +91,7 @@ def nearer_place(turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: Table
         The first place found; None where there is none, or where it would not be known any more how near the group's
         motion comes to anything.
     """
-    back, out = before.ends.ways.back, after.ends.ways.out
+    back, out = before.ends.paths.back, after.ends.paths.out
     if back is None or out is None:
         return None
     known = _seconds(turns, before, after, turn, back, out)
@@ -107,9 +107,9 @@ def nearer_place(turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: Table
         if isinstance(there, Failure):
             continue
         tried += 1
-        ways = _ways(before, after, place)
-        if ways is not None and _seconds(turns, before, after, there, *ways) < known - WORTH_S:
-            return _as_near(before, after, NearerPlace(there, *_checked(before, after, *ways)))
+        paths = _ways(before, after, place)
+        if paths is not None and _seconds(turns, before, after, there, *paths) < known - WORTH_S:
+            return _as_near(before, after, NearerPlace(there, *_checked(before, after, *paths)))
         if tried == TRIED:
             break
     return None
@@ -117,7 +117,7 @@ def nearer_place(turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: Table
 
 def _as_near(before: TurnEnd, after: TurnEnd, found: NearerPlace) -> NearerPlace | None:
     """A place found; None where a way that it replaces may be what came nearest, and the new one comes less near."""
-    back, out = before.ends.ways.back, after.ends.ways.out
+    back, out = before.ends.paths.back, after.ends.paths.out
     assert back is not None
     assert out is not None
     for end, old, new in zip((before, after), _checked(before, after, back, out), (found.back, found.out), strict=True):
@@ -133,11 +133,11 @@ def _checked(before: TurnEnd, after: TurnEnd, back: TravelPath, out: TravelPath)
     return _checked_way(before.context, back, laid), _checked_way(after.context, out, after.context.begun)
 
 
-def _checked_way(context: Context, way: TravelPath, laid: int) -> CheckedTravel:
-    deposits_laid = np.full(len(way.q), laid)
-    seen, kept = way.clearances, way.kept
-    _, nearest = least_between_samples(context.checker, context.radius, way.q, deposits_laid, seen, kept=kept)
-    return CheckedTravel(way, float(nearest.distance[0]), (int(nearest.pair[0, 0]), int(nearest.pair[0, 1])))
+def _checked_way(context: Context, path: TravelPath, laid: int) -> CheckedTravel:
+    deposits_laid = np.full(len(path.q), laid)
+    seen, kept = path.clearances, path.kept
+    _, nearest = least_between_samples(context.checker, context.radius, path.q, deposits_laid, seen, kept=kept)
+    return CheckedTravel(path, float(nearest.distance[0]), (int(nearest.pair[0, 0]), int(nearest.pair[0, 1])))
 
 
 def _seconds(
@@ -153,15 +153,15 @@ def _places(before: TurnEnd, after: TurnEnd, back: TravelPath, out: TravelPath) 
     """Configurations on the way home, on the way from there, and between what both are once they are drawn back."""
     n = before.context.solver.chain.n
     places, drawn = [], []
-    for context, way, i in (
+    for context, path, i in (
         (before.context, back[0][:, :n], before.ends.last.stop - 1),
         (after.context, out[0][::-1, :n], after.ends.first.first),
     ):
-        p = context.solver.chain.forward(way)[:, :3, 3]
+        p = context.solver.chain.forward(path)[:, :3, 3]
         off = np.linalg.norm(p - context.placed.position[i], axis=1)
         begin = int(np.argmax(off >= context.settings.retract - STRAIGHT))
-        drawn.append(way[begin])
-        places += [way[begin + round(share * (len(way) - 1 - begin))] for share in SHARES]
+        drawn.append(path[begin])
+        places += [path[begin + round(share * (len(path) - 1 - begin))] for share in SHARES]
     return [*places, (drawn[0] + drawn[1]) / 2]
 
 
@@ -173,12 +173,12 @@ def _ways(before: TurnEnd, after: TurnEnd, place: Floats) -> tuple[TravelPath, T
         context = replace(reduced_budget(end.context, to=1), span=span)
         stretch = end.ends.last if back else end.ends.first
         laid = int(context.laid[stretch.stop - 1]) if back else context.begun
-        way = travel(context, stretch if back else None, None if back else stretch, laid)
-        if isinstance(way, Failure):
+        path = travel(context, stretch if back else None, None if back else stretch, laid)
+        if isinstance(path, Failure):
             return None
-        if straight_retract(context, way, stretch, -1 if back else 0) < context.settings.retract - STRAIGHT:
+        if straight_retract(context, path, stretch, -1 if back else 0) < context.settings.retract - STRAIGHT:
             return None
-        if not back and (way.q[-1] != stretch.axes[0]).any():
+        if not back and (path.q[-1] != stretch.axes[0]).any():
             return None
-        found.append(way)
+        found.append(path)
     return found[0], found[1]

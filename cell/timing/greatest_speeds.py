@@ -51,7 +51,7 @@ class GridBounds:
 
 
 def greatest_squares(paths: Sequence[GridBounds], max_acceleration: Floats) -> list[Floats]:
-    """Squares of the greatest speeds on grids: what can still be stopped backwards, greedily forwards.
+    """Squares of the greatest speeds on grids: a backward pass for stopping, then a greedy forward pass.
 
     Args:
         paths: each run from rest to rest; one at least.

@@ -42,8 +42,8 @@ def check(
 
     Raises:
         InputError: only one angle is given, or it is not a finite number, or the table of the case does not stand at
-            one given pose; the positioner has no such angles, or cannot move like that; or a worker was killed; one
-            line.
+            one given pose; the positioner has no such angles, or cannot move like that; one line.
+        WorkerKilledError: a worker process was killed from outside; one line.
     """
     asked = _pose_of(job.case, E1_deg, E2_deg)
     with working(processes):

@@ -31,7 +31,7 @@ from ..part_chunks.chunking import USUAL, Chunking
 from ..part_chunks.least_values import LeastValue, least_margin, least_sigma, nearest_sample, samples_of
 from ..planning.assemble import RunBeads
 from ..planning.blocking_layers import with_lockouts
-from ..planning.context import Context
+from ..planning.context import Context, Span
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeTravels, SpanEnds, with_home
 from ..planning.travels.travel import STRAIGHT, straight_retracts
@@ -62,7 +62,8 @@ def check_fixed(
         The verdict.
 
     Raises:
-        InputError: the positioner has no such angles, or a worker was killed.
+        InputError: the positioner has no such angles.
+        WorkerKilledError: a worker was killed.
     """
     begun = processor_time()
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
@@ -144,13 +145,22 @@ def check_span(
     if blocked is not None:
         return SpanVerdict(tuple(failed(blocked, i) for i in range(span.first, span.stop)))
     chunks, shared = chunking.chunks(job.targets, span), Shared.of(job, context)
-    plan = plan_in_chunks(shared, chunks, progress)
-    plan, home = with_home(context, with_lockouts(job, context, plan))
-    rows = _rows(job, plan, gravity)
+    planned = plan_in_chunks(shared, chunks, progress, lambda: job.wires_in_metal)
+    plan, home = with_home(context, with_lockouts(job, context, planned.plan), planned.home)
+    aside = _failures_aside(job, gravity, span)
+    rows: dict[int, TargetVerdict] = {}
+    warnings: list[Warning] = []
+
+    def judge() -> None:
+        rows.update(_rows(plan, aside))
+        warnings.extend(_short_retracts(context, plan, home))
+
     run: PartRun | None = None
-    if all(row.reason is None for row in rows.values()):
-        run = run_in_chunks(shared, chunks, plan, home, progress)
-        rows = _with(rows, run.failures) if run.failures else rows
+    if plan.whole and not aside:
+        run = run_in_chunks(shared, chunks, plan, home, progress, judge)
+        rows.update((i, failed(failure, i, rows[i].q)) for i, failure in run.failures.items() if i in rows)
+    else:
+        judge()
     part, stretches = _as_far_as_run(plan, home), plan.stretches
     return SpanVerdict(
         rows=tuple(rows[i] for i in range(span.first, span.stop)),
@@ -158,7 +168,7 @@ def check_span(
         clearance=nearest_sample(context, samples_of(context, part)) if run is None else run.clearance,
         singularity=least_margin(context, stretches) if run is None else run.singularity,
         sigma=least_sigma(context, stretches) if run is None else run.sigma,
-        warnings=tuple(_short_retracts(context, plan, home)),
+        warnings=tuple(warnings),
         ends=None if run is None or run.failures or home is None else SpanEnds(stretches[0], stretches[-1], home),
     )
 
@@ -207,8 +217,19 @@ def failed(failure: Failure, i: int, q: Floats | None = None) -> TargetVerdict:
     return TargetVerdict(failure.at(replace(failure.place, target=i)), None, q)
 
 
-def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]:
-    """The verdicts on the targets of a plan, by their numbers."""
+def _failures_aside(job: Job, gravity: Floats, span: Span) -> dict[int, Failure]:
+    """What is wrong with targets of a span however they are planned, by their numbers."""
+    found = {**job.wires_in_metal, **unsupported_targets(job)}
+    steepest = job.case.checks.gravity_max_deg
+    if steepest is not None:
+        for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
+            angle_deg = round(float(np.rad2deg(gravity[i])), 3)
+            found[i] = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
+    return {i: failure for i, failure in found.items() if span.first <= i < span.stop}
+
+
+def _rows(plan: PartPlan, aside: dict[int, Failure]) -> dict[int, TargetVerdict]:
+    """The verdicts on the targets of a plan, by their numbers; what is wrong aside counts where nothing else is."""
     rows: dict[int, TargetVerdict] = {}
     for bead in plan.beads:
         for stretch in bead.stretches:
@@ -219,22 +240,8 @@ def _rows(job: Job, plan: PartPlan, gravity: Floats) -> dict[int, TargetVerdict]
     rows.update((i, TargetVerdict(None, None, looked_at=False)) for bead in plan.beads for i in bead.open)
     # at home the arm may be in the way whether the bead at its end was checked or not
     rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.travel_failures.items())
-    steepest = job.case.checks.gravity_max_deg
-    if steepest is not None:
-        for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
-            if i in rows and rows[i].reason is None:
-                angle_deg = round(float(np.rad2deg(gravity[i])), 3)
-                failure = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
-                rows[i] = failed(failure, i, rows[i].q)
-    for i, failure in (*unsupported_targets(job).items(), *job.wires_in_metal.items()):
-        if i in rows and rows[i].reason is None:
-            rows[i] = failed(failure, i, rows[i].q)
+    rows.update((i, failed(failure, i, rows[i].q)) for i, failure in aside.items() if rows[i].reason is None)
     return rows
-
-
-def _with(rows: dict[int, TargetVerdict], failures: dict[int, Failure]) -> dict[int, TargetVerdict]:
-    """Rows of which some turn out not to be feasible when they are run in time."""
-    return {i: failed(failures[i], i, row.q) if i in failures else row for i, row in rows.items()}
 
 
 def _as_far_as_run(plan: PartPlan, home: HomeTravels | None) -> RunBeads:

@@ -317,15 +317,15 @@ def _come_to(job: Job, one: _Built, out: CheckedTravel | None, back: CheckedTrav
     found, ends = one.found, one.found.ends
     assert found.motion is not None
     assert ends is not None
-    rows = [None if way is None else way.way.q for way in (out, back)]
+    rows = [None if way is None else way.path.q for way in (out, back)]
     least = [found.clearance] if found.clearance is not None else []
     for way, target in ((out, one.group.first), (back, one.group.stop - 1)):
         if way is not None and np.isfinite(way.least):
             least.append(LeastValue(way.least, target, tuple(job.scene.geom_name(g) for g in way.pair)))
-    ways = HomeTravels(ends.ways.out if out is None else out.way, ends.ways.back if back is None else back.way)
+    ways = HomeTravels(ends.paths.out if out is None else out.path, ends.paths.back if back is None else back.path)
     motion = with_home_travels(job, found.motion, *rows)
     clearance = min(least, key=lambda one: one.value, default=None)
-    return replace(one, found=replace(found, motion=motion, clearance=clearance, ends=replace(ends, ways=ways)))
+    return replace(one, found=replace(found, motion=motion, clearance=clearance, ends=replace(ends, paths=ways)))
 
 
 def _placed(built: list[_Built]) -> PlacedTargets:
@@ -362,7 +362,7 @@ def _lost(found: SpanVerdict) -> int:
 
 
 def unproved(row: TargetVerdict) -> TargetVerdict:
-    """The same with nothing proved: that a target is infeasible at one pose says nothing of others."""
+    """The same with nothing proved, because a target that is infeasible at one pose may be feasible at another."""
     return row if row.failure is None else replace(row, failure=replace(row.failure, proved=False))
 
 

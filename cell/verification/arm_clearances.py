@@ -1,7 +1,7 @@
 """The arm's clearances on all of a motion: at samples, between them, and where its corners are rounded.
 
-    seen = arm_along_motion(job, way, deposits_laid, runs)            # runs: stretches of samples without a stop
-    at, nearest = nearest_along_motion(job, way, deposits_laid, seen.clear, runs)
+    seen = arm_along_motion(job, sampled, deposits_laid, runs)            # runs: stretches of samples without a stop
+    at, nearest = nearest_along_motion(job, sampled, deposits_laid, seen.clear, runs)
 
 A long motion is cut into pieces where it stops, by its samples alone, and the pieces are checked side by side where
 there are workers: what is found does not depend on how many there are. Radians and metres.
@@ -89,19 +89,19 @@ class _MotionPiece:
     runs: tuple[SampledRun, ...]
 
 
-def arm_along_motion(job: Job, way: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
+def arm_along_motion(job: Job, sampled: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
     """Check the arm on all of a motion.
 
     Args:
         job: the job.
-        way: samples of all of it.
+        sampled: samples of all of it.
         deposits_laid: deposits there are at each, (m,).
         runs: stretches without a stop, in order.
 
     Returns:
         What was seen.
     """
-    pieces = _pieces(way, deposits_laid, runs)
+    pieces = _pieces(sampled, deposits_laid, runs)
     found = pool().run(_looked_at, _light(job), pieces)
     # the last sample of a piece is the first of the next one
     parts = [seen.clear.rows(np.arange(len(seen.clear) - 1)) for seen in found[:-1]]
@@ -114,18 +114,18 @@ def arm_along_motion(job: Job, way: SampledMotion, deposits_laid: Ints, runs: Se
 
 
 def nearest_along_motion(
-    job: Job, way: SampledMotion, deposits_laid: Ints, clear: Clearances, runs: Sequence[SampledRun]
+    job: Job, sampled: SampledMotion, deposits_laid: Ints, clear: Clearances, runs: Sequence[SampledRun]
 ) -> tuple[int, Clearances]:
     """How near a motion comes to anything, as of ``cell.collision.proofs.between_samples.least_between_samples``.
 
     Args:
         job: the job.
-        way: samples of all of it.
+        sampled: samples of all of it.
         deposits_laid: deposits there are at each, (m,).
         clear: clearances at the samples.
         runs: stretches without a stop, in order.
     """
-    pieces = _pieces(way, deposits_laid, runs)
+    pieces = _pieces(sampled, deposits_laid, runs)
     known = float(clear.distance.min()) if len(pieces) > 1 else np.inf
     items = [(piece, clear.rows(piece.first + np.arange(len(piece.q))), known) for piece in pieces]
     found = pool().run(_nearest, _light(job), items)
@@ -138,9 +138,9 @@ def _light(job: Job) -> Job:
     return replace(job, sliced=(), beads=())
 
 
-def _pieces(way: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
+def _pieces(sampled: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
     """A motion cut where runs end, once there are samples enough on both sides."""
-    last = len(way.q) - 1
+    last = len(sampled.q) - 1
     cuts = [0]
     for run in runs:
         if run.high - cuts[-1] >= LEAST_PIECE and last - run.high >= LEAST_PIECE:
@@ -148,7 +148,7 @@ def _pieces(way: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun])
     pieces = []
     for a, b in zip(cuts, [*cuts[1:], last], strict=True):
         mine = tuple(replace(run, low=run.low - a, high=run.high - a) for run in runs if a <= run.low < run.high <= b)
-        pieces.append(_MotionPiece(a, way.q[a : b + 1], deposits_laid[a : b + 1], mine))
+        pieces.append(_MotionPiece(a, sampled.q[a : b + 1], deposits_laid[a : b + 1], mine))
     return pieces
 
 

@@ -148,25 +148,25 @@ def _inside(job: Job, motion: Motion, progress: Floats, rows: Ints) -> list[Find
     return found
 
 
-def skips(way: SampledMotion, on: OnBead, bead: Ints) -> list[Finding]:
+def skips(sampled: SampledMotion, on: OnBead, bead: Ints) -> list[Finding]:
     """Where the torch gets on along its bead further than it moves: from one pass over a place to a later one.
 
     Args:
-        way: samples with the arc on.
+        sampled: samples with the arc on.
         on: where they are on their beads.
         bead: of each sample, (m,).
 
     Returns:
         What was found.
     """
-    moved = np.linalg.norm(np.diff(way.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
+    moved = np.linalg.norm(np.diff(sampled.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
     with np.errstate(invalid="ignore"):
         more = np.diff(on.progress) - moved
-    more = np.where((np.diff(bead) == 0) & (np.diff(way.row) <= 1) & np.isfinite(more), more, 0.0)
+    more = np.where((np.diff(bead) == 0) & (np.diff(sampled.row) <= 1) & np.isfinite(more), more, 0.0)
     found = []
     for k in np.flatnonzero(more > SKIP).tolist():
         skip = Failure(Kind.SKIPS, measure=round(float(more[k]) / METRES_PER_MM, 3), place=IN_ROWS)
-        found.append(Finding(skip, int(way.row[k]), int(way.row[k + 1])))
+        found.append(Finding(skip, int(sampled.row[k]), int(sampled.row[k + 1])))
     return found
 
 

@@ -1,7 +1,7 @@
 """Where a motion from outside is on its beads: the TCP against the targets' chords, row by row and between rows.
 
-    way = dense(job, motion, rows, grain, which)   # joint-linear samples between the rows, seen from the part
-    on = against_beads(job, way, target)
+    sampled = dense(job, motion, rows, grain, which)   # joint-linear samples between the rows, seen from the part
+    on = against_beads(job, sampled, target)
     on.bead_distance, on.wire_angle, on.progress             # m, rad, m along the bead
 
 Metres and radians; poses in the part frame, so that a table that moves changes nothing.
@@ -141,12 +141,12 @@ def along_beads(job: Job) -> Floats:
     return out
 
 
-def against_beads(job: Job, way: SampledMotion, target: Ints) -> OnBead:
+def against_beads(job: Job, sampled: SampledMotion, target: Ints) -> OnBead:
     """Measure samples against the chords next to the targets they passed last.
 
     Args:
         job: the job.
-        way: samples.
+        sampled: samples.
         target: last target passed of each, (m,).
 
     Returns:
@@ -154,7 +154,7 @@ def against_beads(job: Job, way: SampledMotion, target: Ints) -> OnBead:
     """
     t = job.targets
     p, n = t.position * METRES_PER_MM, t.normal
-    x, z = way.Ts_part_tcp[:, :3, 3], way.Ts_part_tcp[:, :3, 2]
+    x, z = sampled.Ts_part_tcp[:, :3, 3], sampled.Ts_part_tcp[:, :3, 2]
     along = along_beads(job)
     best = np.full(len(x), np.inf)
     off, wire_angle, progress = (np.full(len(x), np.inf) for _ in range(3))
@@ -179,11 +179,11 @@ def against_beads(job: Job, way: SampledMotion, target: Ints) -> OnBead:
         progress = np.where(better, here, progress)
         normal = np.where(better[:, None], towards, normal)
     progress = np.where(named_score <= best + 1, named_progress, progress)
-    return OnBead(off, wire_angle, progress, normal, _roll(way, normal))
+    return OnBead(off, wire_angle, progress, normal, _roll(sampled, normal))
 
 
-def _roll(way: SampledMotion, normal: Floats) -> Floats:
+def _roll(sampled: SampledMotion, normal: Floats) -> Floats:
     """Roll of samples about the wire; the reference directions are the part's own z and x."""
     T0 = frames(np.zeros((len(normal), 3)), normal, (np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])))
-    x = way.Ts_part_tcp[:, :3, 0]
+    x = sampled.Ts_part_tcp[:, :3, 0]
     return np.arctan2((T0[:, :3, 1] * x).sum(axis=1), (T0[:, :3, 0] * x).sum(axis=1))

@@ -1,9 +1,9 @@
 """A motion from outside with its corners rounded as a controller does, and what it collides with then.
 
     q = blended_rows(job, read, rows).q                       # all axes where the rows come to lie
-    runs = list(sampled_runs(job, read, rows, way))           # way: samples, rows among them
+    runs = list(sampled_runs(job, read, rows, sampled))           # sampled: samples, rows among them
     found = blend_collisions(job, runs, seen)                 # seen: from cell.verification.arm_clearances
-    found = table_blend_collisions(job, runs, way, deposits_laid)
+    found = table_blend_collisions(job, runs, sampled, deposits_laid)
 
 Corners are rounded while welding and on the way, each by its own measure; not where the arc goes on or off, nor where
 all axes stand. A motion that says itself where it is rounded, as a program does, is rounded there. Radians and metres.
@@ -43,13 +43,13 @@ def _runs(job: Job, read: ReadMotion, rows: SampledMotion) -> Iterator[tuple[int
         yield from ((run.first, run.last, run.s, run.zone) for run in read.blended)
         return
     away = np.linalg.norm(np.diff(rows.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
-    way = np.where(motion.welding, away, np.linalg.norm(np.diff(rows.q, axis=0), axis=1))
+    moved = np.where(motion.welding, away, np.linalg.norm(np.diff(rows.q, axis=0), axis=1))
     zones = {True: job.case.process.blend_mm * METRES_PER_MM, False: TRAVEL_ZONE}
-    kind = np.where(way <= NO_MOVE, -1, motion.welding)
+    kind = np.where(moved <= NO_MOVE, -1, motion.welding)
     starts = np.flatnonzero(np.diff(kind, prepend=-2))
     for a, b in zip(starts.tolist(), [*starts[1:].tolist(), len(kind)], strict=True):
         if kind[a] >= 0 and b - a > 1:
-            yield a, b, np.concatenate([[0.0], np.cumsum(way[a:b])]), zones[bool(kind[a])]
+            yield a, b, np.concatenate([[0.0], np.cumsum(moved[a:b])]), zones[bool(kind[a])]
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,21 +108,21 @@ def blend_collisions(job: Job, runs: Sequence[SampledRun], seen: ArmSeen) -> lis
 
 
 def table_blend_collisions(
-    job: Job, runs: Sequence[SampledRun], way: SampledMotion, deposits_laid: Ints
+    job: Job, runs: Sequence[SampledRun], sampled: SampledMotion, deposits_laid: Ints
 ) -> list[Finding]:
     """Where the table, or what stands on it, meets something for the rounding of its corners alone.
 
     Args:
         job: the job.
         runs: from :func:`sampled_runs`.
-        way: samples of all of it.
+        sampled: samples of all of it.
         deposits_laid: deposits there are at the samples.
 
     Returns:
         What was found; as in ``cell.verification.collisions.table_collisions`` nothing but penetration is wrong.
     """
     scene = job.scene
-    tables = way.q[:, scene.chain.n :]
+    tables = sampled.q[:, scene.chain.n :]
     if not np.diff(tables, axis=0).any():
         return []
     checker, radius = TableChecker(scene, CLEARANCE_REACH), table_radii(scene)
@@ -136,16 +136,16 @@ def table_blend_collisions(
     return found
 
 
-def sampled_runs(job: Job, read: ReadMotion, rows: SampledMotion, way: SampledMotion) -> Iterator[SampledRun]:
+def sampled_runs(job: Job, read: ReadMotion, rows: SampledMotion, sampled: SampledMotion) -> Iterator[SampledRun]:
     """Runs of a motion without a stop, in order.
 
     Args:
         job: the job.
         read: the motion.
         rows: its rows.
-        way: samples of all of it.
+        sampled: samples of all of it.
     """
-    row = np.append(way.row[:-1], len(read.row) - 1)  # the last sample is the last row
+    row = np.append(sampled.row[:-1], len(read.row) - 1)  # the last sample is the last row
     first, count = np.searchsorted(row, row), np.bincount(row)
     share = (np.arange(len(row)) - first) / count[row]
     for a, b, s, zone in _runs(job, read, rows):

@@ -1,7 +1,7 @@
 """Collisions of a motion from outside: of the arm, its wire and the table, with the part growing as the rows say.
 
-    deposits_laid = deposits_laid_at(job, motion, way.row)    # at every sample
-    findings = collisions(job, motion, way, deposits_laid, seen)  # seen: from arm_clearances
+    deposits_laid = deposits_laid_at(job, motion, sampled.row)    # at every sample
+    findings = collisions(job, motion, sampled, deposits_laid, seen)  # seen: from arm_clearances
 
 What lies between samples is proved free as in ``between_samples``, with E1 and E2 as axes like any
 other. Radians, metres.
@@ -75,47 +75,47 @@ def deposits_laid_at(job: Job, motion: Motion, row: Ints) -> Ints:
     return np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))
 
 
-def collisions(job: Job, motion: Motion, way: SampledMotion, deposits_laid: Ints, seen: ArmSeen) -> list[Finding]:
+def collisions(job: Job, motion: Motion, sampled: SampledMotion, deposits_laid: Ints, seen: ArmSeen) -> list[Finding]:
     """What a motion collides with.
 
     Args:
         job: the job.
         motion: the motion.
-        way: samples of all of it.
+        sampled: samples of all of it.
         deposits_laid: from :func:`deposits_laid_at`, (m,).
         seen: what was seen of the arm.
 
     Returns:
         What was found.
     """
-    found = _arm_collisions(job, way, seen)
-    found += [*_wire_collisions(job, motion, way, deposits_laid), *_wires_in_metal(job, motion, way)]
-    return [*found, *table_collisions(job, way, deposits_laid)]
+    found = _arm_collisions(job, sampled, seen)
+    found += [*_wire_collisions(job, motion, sampled, deposits_laid), *_wires_in_metal(job, motion, sampled)]
+    return [*found, *table_collisions(job, sampled, deposits_laid)]
 
 
-def _arm_collisions(job: Job, way: SampledMotion, seen: ArmSeen) -> list[Finding]:
+def _arm_collisions(job: Job, sampled: SampledMotion, seen: ArmSeen) -> list[Finding]:
     """Where clearances at samples are too small, or what lies between is not proved free."""
     scene, clear = job.scene, seen.clear
     least = job.case.checks.clearance_mm * METRES_PER_MM
     found = [
         Finding(hit(scene, clear, k, least), a, b)
-        for a, b, k in stretches_of(clear.distance < least, way.row, -clear.distance)
+        for a, b, k in stretches_of(clear.distance < least, sampled.row, -clear.distance)
     ]
     step, nearest = seen.unproven
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] >= least and clear.distance[at + 1] >= least:
             between = hit(scene, nearest, n, least, CollisionPlace.BETWEEN_ROWS)
-            found.append(Finding(between, int(way.row[at]), int(way.row[at + 1])))
+            found.append(Finding(between, int(sampled.row[at]), int(sampled.row[at + 1])))
     return found
 
 
-def _wire_collisions(job: Job, motion: Motion, way: SampledMotion, deposits_laid: Ints) -> list[Finding]:
+def _wire_collisions(job: Job, motion: Motion, sampled: SampledMotion, deposits_laid: Ints) -> list[Finding]:
     """A wire that is drawn through the part with the arc off; not where it comes off a bead or onto it."""
     scene = wire_scene(job.scene)
-    index = np.flatnonzero(_across(job, motion, way))
+    index = np.flatnonzero(_across(job, motion, sampled))
     if scene is None or not len(index):
         return []
-    q, laid, row = way.q[index], deposits_laid[index], way.row[index]
+    q, laid, row = sampled.q[index], deposits_laid[index], sampled.row[index]
     checker = Checker(with_table_axes(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
     clear = checker.clearances(q, laid)
     found = [
@@ -132,12 +132,12 @@ def _wire_collisions(job: Job, motion: Motion, way: SampledMotion, deposits_laid
     return found
 
 
-def _wires_in_metal(job: Job, motion: Motion, way: SampledMotion) -> list[Finding]:
+def _wires_in_metal(job: Job, motion: Motion, sampled: SampledMotion) -> list[Finding]:
     """A wire that runs through metal between nozzle and bead while it stands in a bead, or is drawn off or put on."""
-    size, index = wire_size(job.scene), np.flatnonzero(~_across(job, motion, way))
+    size, index = wire_size(job.scene), np.flatnonzero(~_across(job, motion, sampled))
     if size is None or not len(job.targets) or not len(index):
         return []
-    Ts, row = way.Ts_part_tcp[index], way.row[index]
+    Ts, row = sampled.Ts_part_tcp[index], sampled.row[index]
     poses = Ts[:, :3, 3] / METRES_PER_MM, -Ts[:, :3, 2]
     metal = Metal.of(job.case, job.shape, job.targets)
     met, length = metal.met(wires_at(job.targets, job.laid - 1, size, motion.target[row], poses))
@@ -148,31 +148,31 @@ def _wires_in_metal(job: Job, motion: Motion, way: SampledMotion) -> list[Findin
     return found
 
 
-def _across(job: Job, motion: Motion, way: SampledMotion) -> NDArray[np.bool_]:
+def _across(job: Job, motion: Motion, sampled: SampledMotion) -> NDArray[np.bool_]:
     """Samples with the arc off that are off the bead just welded, and not yet at the next one."""
     # out of the layer just laid at least, which stands about its tip
     layer = float(job.targets.thickness_mm.max(initial=0.0)) + OUT_MM
     near = max(job.case.process.retract_mm, layer) * METRES_PER_MM + NO_MOVE
-    off = ~motion.welding[way.row]
+    off = ~motion.welding[sampled.row]
     out = off.copy()
-    p = way.Ts_part_tcp[:, :3, 3]
+    p = sampled.Ts_part_tcp[:, :3, 3]
     ends = np.flatnonzero(np.diff(off, prepend=False, append=False))
     for a, b in zip(ends[::2], ends[1::2], strict=True):
         here = p[a:b]
-        if motion.arc[way.row[a]]:
+        if motion.arc[sampled.row[a]]:
             out[a:b] &= ~np.logical_and.accumulate(np.linalg.norm(here - here[0], axis=1) <= near)
         last = p[min(b, len(p) - 1)]
-        if motion.arc[way.row[b - 1] + 1]:
+        if motion.arc[sampled.row[b - 1] + 1]:
             out[a:b] &= ~np.logical_and.accumulate(np.linalg.norm(here - last, axis=1)[::-1] <= near)[::-1]
     return out
 
 
-def table_collisions(job: Job, way: SampledMotion, deposits_laid: Ints) -> list[Finding]:
+def table_collisions(job: Job, sampled: SampledMotion, deposits_laid: Ints) -> list[Finding]:
     """What stands on the table against the cell around it and against the positioner.
 
     Args:
         job: the job.
-        way: samples.
+        sampled: samples.
         deposits_laid: from :func:`deposits_laid_at`, (m,).
 
     Returns:
@@ -180,11 +180,11 @@ def table_collisions(job: Job, way: SampledMotion, deposits_laid: Ints) -> list[
     """
     scene = job.scene
     checker = TableChecker(scene, CLEARANCE_REACH)
-    tables = way.q[:, scene.chain.n :]
+    tables = sampled.q[:, scene.chain.n :]
     clear = checker.clearances(tables, deposits_laid)
     found = [
         Finding(hit(scene, clear, k, 0.0), a, b)
-        for a, b, k in stretches_of(clear.distance < 0.0, way.row, -clear.distance)
+        for a, b, k in stretches_of(clear.distance < 0.0, sampled.row, -clear.distance)
     ]
     step, nearest = unproven_steps(checker, table_radii(scene), tables, deposits_laid, clear)
     # where nothing moves nothing has to be proved
@@ -192,7 +192,7 @@ def table_collisions(job: Job, way: SampledMotion, deposits_laid: Ints) -> list[
     for n, at in enumerate(step.tolist()):
         if moves[at] and clear.distance[at] >= 0.0 and clear.distance[at + 1] >= 0.0:
             between = hit(scene, nearest, n, 0.0, CollisionPlace.BETWEEN_ROWS)
-            found.append(Finding(between, int(way.row[at]), int(way.row[at + 1])))
+            found.append(Finding(between, int(sampled.row[at]), int(sampled.row[at + 1])))
     return found
 
 

@@ -171,11 +171,11 @@ def _check_in_the_cell(job: Job, read: ReadMotion) -> MotionResult:
     )
 
 
-def _most(values: Floats, way: SampledMotion, read: ReadMotion) -> tuple[float, int]:
+def _most(values: Floats, sampled: SampledMotion, read: ReadMotion) -> tuple[float, int]:
     if not len(values):
         return 0.0, int(read.row[0])
     k = int(np.argmax(values))
-    return float(values[k]), int(read.row[way.row[k]])
+    return float(values[k]), int(read.row[sampled.row[k]])
 
 
 def _limit_findings(job: Job, motion: Motion, q: Floats) -> list[Finding]:
@@ -190,7 +190,7 @@ def _limit_findings(job: Job, motion: Motion, q: Floats) -> list[Finding]:
     ]
 
 
-def _bead_findings(job: Job, way: SampledMotion, on: OnBead) -> list[Finding]:
+def _bead_findings(job: Job, sampled: SampledMotion, on: OnBead) -> list[Finding]:
     """Rows and what lies between them that are not on the bead."""
     checks, window = job.case.checks, job.window
     found = []
@@ -199,13 +199,13 @@ def _bead_findings(job: Job, way: SampledMotion, on: OnBead) -> list[Finding]:
         (Kind.OFF_WIRE, np.rad2deg(on.wire_angle), checks.off_wire_deg),
         (Kind.ROLL_OUTSIDE, np.rad2deg(np.abs(window.excess(on.roll))), np.rad2deg(ROLL_SLACK)),
     ):
-        for a, b, k in stretches_of(values > limit * (1 + 1e-9) + 1e-6, way.row, values):
+        for a, b, k in stretches_of(values > limit * (1 + 1e-9) + 1e-6, sampled.row, values):
             failure = Failure(kind, round(float(values[k]), 4), round(float(limit), 4), place=IN_ROWS)
             found.append(Finding(failure, a, b))
     return found
 
 
-def _singular_findings(job: Job, way: SampledMotion, margin: Floats) -> list[Finding]:
+def _singular_findings(job: Job, sampled: SampledMotion, margin: Floats) -> list[Finding]:
     """Margins that are too small while welding, and configurations that change inside a bead."""
     geometry = job.solver.geometry
     least = job.singularity_limits.values(geometry is not None)
@@ -214,7 +214,7 @@ def _singular_findings(job: Job, way: SampledMotion, margin: Floats) -> list[Fin
         _, factor = MARGIN_UNITS[kind]
         if not np.isfinite(least[j]):
             continue
-        for a, b, k in stretches_of(margin[:, j] < least[j] - SLACK, way.row, -margin[:, j]):
+        for a, b, k in stretches_of(margin[:, j] < least[j] - SLACK, sampled.row, -margin[:, j]):
             failure = Failure(
                 Kind.SINGULAR,
                 measure=round(float(margin[k, j]) * factor, 3),
@@ -223,13 +223,13 @@ def _singular_findings(job: Job, way: SampledMotion, margin: Floats) -> list[Fin
                 place=IN_ROWS,
             )
             found.append(Finding(failure, a, b))
-    return [*found, *_changes(job, way)]
+    return [*found, *_changes(job, sampled)]
 
 
-def _changes(job: Job, way: SampledMotion) -> list[Finding]:
+def _changes(job: Job, sampled: SampledMotion) -> list[Finding]:
     """Configurations that change inside a bead: a singularity between two samples that no sample need be near to."""
     chain, geometry = job.scene.chain, job.solver.geometry
-    q = way.q[:, : chain.n]
+    q = sampled.q[:, : chain.n]
     kinds: tuple[str, ...] = KINDS
     if geometry is not None:
         side = sides(geometry, q)
@@ -239,16 +239,16 @@ def _changes(job: Job, way: SampledMotion) -> list[Finding]:
         return []
     crossed = side[1:] != side[:-1]
     found = []
-    for at in np.flatnonzero(crossed.any(axis=1) & (np.diff(way.row) <= 1)).tolist():
+    for at in np.flatnonzero(crossed.any(axis=1) & (np.diff(sampled.row) <= 1)).tolist():
         kind = kinds[int(np.argmax(crossed[at]))]
         change = Failure(Kind.CONFIGURATION_CHANGE, singularity=kind, place=IN_ROWS)
-        found.append(Finding(change, int(way.row[at]), int(way.row[at + 1])))
+        found.append(Finding(change, int(sampled.row[at]), int(sampled.row[at + 1])))
     return found
 
 
-def _off_upright(job: Job, way: SampledMotion, on: OnBead) -> Floats:
+def _off_upright(job: Job, sampled: SampledMotion, on: OnBead) -> Floats:
     """Angle (n,) between the deposition direction and up, rad."""
-    normal = (job.scene.T_world_base()[:3, :3] @ way.T_base_part[:, :3, :3] @ on.normal[:, :, None])[:, :, 0]
+    normal = (job.scene.T_world_base()[:3, :3] @ sampled.T_base_part[:, :3, :3] @ on.normal[:, :, None])[:, :, 0]
     return np.asarray(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)))
 
 
@@ -258,7 +258,7 @@ def _past_horizontal(job: Job, motion: Motion, fine: SampledMotion, on: OnBead) 
     return past_horizontal(job.case, steepest)
 
 
-def _gravity_findings(job: Job, way: SampledMotion, on: OnBead) -> list[Finding]:
+def _gravity_findings(job: Job, sampled: SampledMotion, on: OnBead) -> list[Finding]:
     asked = job.case.checks.gravity_max_deg
     limits = [] if asked is None else [asked]
     if job.case.table.mode == "coordinated":
@@ -266,10 +266,10 @@ def _gravity_findings(job: Job, way: SampledMotion, on: OnBead) -> list[Finding]
     if not limits:
         return []
     steepest = min(limits)
-    angle = np.rad2deg(_off_upright(job, way, on))
+    angle = np.rad2deg(_off_upright(job, sampled, on))
     return [
         Finding(Failure(Kind.GRAVITY, round(float(angle[k]), 3), steepest, place=IN_ROWS), a, b)
-        for a, b, k in stretches_of(angle > steepest + 1e-6, way.row, angle)
+        for a, b, k in stretches_of(angle > steepest + 1e-6, sampled.row, angle)
     ]
 
 
@@ -284,29 +284,29 @@ def _hanging_findings(job: Job, motion: Motion) -> list[Finding]:
 
 
 def _in_the_way(
-    job: Job, read: ReadMotion, rows: SampledMotion, way: SampledMotion
+    job: Job, read: ReadMotion, rows: SampledMotion, sampled: SampledMotion
 ) -> tuple[list[Finding], tuple[float, int, tuple[str, ...]] | None]:
     """What a motion collides with, and the nearest the arm comes to anything, with the row and the pair."""
-    deposits_laid = deposits_laid_at(job, read.motion, way.row)
-    runs = list(sampled_runs(job, read, rows, way))
-    seen = arm_along_motion(job, way, deposits_laid, runs)
-    hits = collisions(job, read.motion, way, deposits_laid, seen)
+    deposits_laid = deposits_laid_at(job, read.motion, sampled.row)
+    runs = list(sampled_runs(job, read, rows, sampled))
+    seen = arm_along_motion(job, sampled, deposits_laid, runs)
+    hits = collisions(job, read.motion, sampled, deposits_laid, seen)
     hits += blend_collisions(job, runs, seen)
-    hits += table_blend_collisions(job, runs, way, deposits_laid)
-    return hits, _nearest(job, read, way, nearest_along_motion(job, way, deposits_laid, seen.clear, runs))
+    hits += table_blend_collisions(job, runs, sampled, deposits_laid)
+    return hits, _nearest(job, read, sampled, nearest_along_motion(job, sampled, deposits_laid, seen.clear, runs))
 
 
 def _nearest(
-    job: Job, read: ReadMotion, way: SampledMotion, found: tuple[int, Clearances]
+    job: Job, read: ReadMotion, sampled: SampledMotion, found: tuple[int, Clearances]
 ) -> tuple[float, int, tuple[str, ...]] | None:
     at, nearest = found
     if not np.isfinite(nearest.distance[0]):
         return None
     pair = tuple(job.scene.geom_name(int(g)) for g in nearest.pair[0])
-    return float(nearest.distance[0]), int(read.row[way.row[at]]), pair
+    return float(nearest.distance[0]), int(read.row[sampled.row[at]]), pair
 
 
-def _least_margin(job: Job, read: ReadMotion, way: SampledMotion, margin: Floats) -> tuple[float, int, str] | None:
+def _least_margin(job: Job, read: ReadMotion, sampled: SampledMotion, margin: Floats) -> tuple[float, int, str] | None:
     if not len(margin):
         return None
     limits = job.singularity_limits.values(job.solver.geometry is not None)
@@ -315,11 +315,11 @@ def _least_margin(job: Job, read: ReadMotion, way: SampledMotion, margin: Floats
     k, kind = np.unravel_index(int(np.argmin(share)), share.shape)
     if not np.isfinite(share[k, kind]):
         return None
-    return float(margin[k, kind]), int(read.row[way.row[k]]), KINDS[kind]
+    return float(margin[k, kind]), int(read.row[sampled.row[k]]), KINDS[kind]
 
 
-def _least_sigma(job: Job, way: SampledMotion) -> float | None:
-    if not len(way.row):
+def _least_sigma(job: Job, sampled: SampledMotion) -> float | None:
+    if not len(sampled.row):
         return None
-    rows = np.flatnonzero(np.diff(way.row, prepend=-1))
-    return float(smallest_singular_value(job.scene.chain, way.q[rows, : job.scene.chain.n]).min())
+    rows = np.flatnonzero(np.diff(sampled.row, prepend=-1))
+    return float(smallest_singular_value(job.scene.chain, sampled.q[rows, : job.scene.chain.n]).min())

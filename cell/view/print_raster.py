@@ -18,7 +18,7 @@ from ..arrays import Ints, repeat_with_index
 
 LIGHT = np.array([-0.45, -0.65, 0.61])  # over the left shoulder
 AMBIENT, SOLID = 0.45, 0.74  # light from everywhere, on tubes and on solids
-RIM = 0.5  # how dark the edge of a tube is: neighbouring beads are told apart by it
+RIM = 0.5  # how dark the edge of a tube is: neighbouring beads are distinguished by it
 STRIPS = 8  # that the half of a tube which is seen is drawn in
 SHORTEST = 3.0  # px: nearer points of a tube are taken for one
 CORNER = np.cos(np.deg2rad(15.0))  # from here on the outside of a bend is rounded off

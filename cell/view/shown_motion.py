@@ -41,7 +41,7 @@ class Played(Result):
 
     @property
     def feasible(self) -> bool:
-        """Whether nothing was found: here a motion that there is may be a bad one."""
+        """Whether there are no findings: a motion that is shown may be infeasible."""
         return self.found.feasible if self.program is None else self.program.feasible
 
     @property

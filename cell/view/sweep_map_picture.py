@@ -162,8 +162,8 @@ def main_reason(row: SweepRow) -> str:
 def _titles(poses: list[Pose]) -> list[list[str]]:
     """Of every map what tells it from the others, one line each; all of the same number of lines."""
     pieces = [variant_pieces(pose) for pose in poses]
-    told = [k for k in range(len(pieces[0])) if len({p[k] for p in pieces}) > 1]
-    return [[p[k] for k in told] for p in pieces]
+    differing = [k for k in range(len(pieces[0])) if len({p[k] for p in pieces}) > 1]
+    return [[p[k] for k in differing] for p in pieces]
 
 
 def _panel(

@@ -26,7 +26,7 @@ from ..warning import Code, Warning
 from .bead import Bead
 
 TOLD = 0.05  # share of a layer's metal that may be missing or too much before a warning says so
-NEXT_TO_NOTHING = 0.05  # of the layer that takes most: such last layers are told of by volume, not by share
+NEXT_TO_NOTHING = 0.05  # of the layer that takes most: such last layers are reported by volume, not by share
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from .seams import with_seams
 from .thickness_policy import ThicknessPlace, policy_lines, with_policy
 from .zigzag import OVER, length_of, strokes_of_length, zigzag
 
-CROWDED = 0.85  # share of the pitch: beads nearer than this are told of
+CROWDED = 0.85  # share of the pitch: beads nearer than this are reported
 HALVINGS = 12  # of chords over a corner of the surface
 
 
@@ -72,7 +72,7 @@ def lay_beads(
         parameters: how; their defaults where left out.
         locate: whether places outside the limits are searched even where they are only reported, and metal and
             overhangs are computed.
-        overhang_mm: how far a layer may stand out over what lies below it before a warning tells of it; None: half a
+        overhang_mm: how far a layer may stand out over what lies below it before a warning reports it; None: half a
             bead (`slicing.overhangs`).
 
     Returns:

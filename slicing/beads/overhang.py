@@ -32,7 +32,7 @@ from .over_ends import Border, View, views_over_ends
 from .overhang_regions import SIMPLE_MM, one_period, region_of_curves
 
 ALLOWED = 0.5  # of a bead's width that may stand out
-LEAST_MM2 = 0.5  # smaller areas are not told of
+LEAST_MM2 = 0.5  # smaller areas are not reported
 FINE_MM = 0.5  # spacing of points along what lies below
 EDGE_MM = 0.05  # points so far beside what stands out count to it: beads run along its border
 SECTION_MM = 0.01  # how true the section of a body is

@@ -30,7 +30,7 @@ from .exact_points import point_between
 from .fine_thickness import SLACK_MM, FinelySampledBead, Run, fine_thickness, interpolate, segment_ends
 from .thickness_merge import MergedStretch, gaining, merged
 
-LEAST_MM = 1e-3  # shorter beads are not laid, shorter places not told of
+LEAST_MM = 1e-3  # shorter beads are not laid, shorter places not reported
 WORDS = {"reported": "left as it is", "trimmed": "not laid", "merged": "laid by the layer above"}
 
 
@@ -210,7 +210,7 @@ def _place(sliced: SlicedSubVolume, bead: Bead, fine: FinelySampledBead, run: Ru
 def policy_lines(sliced: SlicedSubVolume, places: Sequence[ThicknessPlace]) -> list[str]:
     """A line for every layer and what was done there: how much, how thick, where.
 
-    Too thin places that are only reported under the policy "report" are left to the slicer, which tells of them.
+    Too thin places that are only reported under the policy "report" are left to the slicer, which reports them.
 
     Args:
         sliced: the sub-volume.

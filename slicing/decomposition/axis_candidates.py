@@ -46,7 +46,7 @@ class Roundness:
 
     Attributes:
         half_facet_rad: half the angle of the coarsest polygon.
-        azimuths: directions about the axis that are told apart.
+        azimuths: directions about the axis that are distinguished.
         unfaced: how many of them a body need not face.
     """
 

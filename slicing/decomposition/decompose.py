@@ -153,7 +153,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
     done = _cut(mesh, solid, outline, hint.radius_mm, alone)
     if isinstance(done, str):
         return _about_another(mesh, hint, axis, (skin, middle, done))
-    outline, cut, told = done
+    outline, cut, reported = done
     extent = skin.extent
     pieces = [cut.pieces[k] for k in (_order([piece.centroid for piece in cut.pieces], extent) if cut.pieces else [])]
     outline = outline.lifted(up)
@@ -166,7 +166,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
         *doubtful_radius(mesh.name, evidence),
         *domed_body(mesh.name, outline, radius),
         *rival_axis(mesh.name, axis),
-        *told,
+        *reported,
         *coarse_bodies(mesh.name, outline, {radius, *(root.radius for root in roots)}),
         *left,
         *missing_volume(mesh.name, float(solid.volume()), cut),

@@ -4,7 +4,7 @@
 
 A bar that is not round, with a round spigot at its end, is found as a spigot with one large sub-volume round its foot;
 the rounded edges of an octagonal bar stand out of the cylinder that fits it best. Neither can be told from what is
-meant to stand on a round body by its shape alone: both are told of.
+meant to stand on a round body by its shape alone: both are reported.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SEVERAL = 3  # pieces so low are no accident: the edges of a bar
 
 
 def doubtful_pieces(
-    name: str, pieces: Sequence[CutPiece], outline: Outline, extent: float, told: bool = False
+    name: str, pieces: Sequence[CutPiece], outline: Outline, extent: float, given: bool = False
 ) -> list[Warning]:
     """Lines about pieces that may belong to the body.
 
@@ -39,13 +39,13 @@ def doubtful_pieces(
         pieces: cut off the outline, SV1 first, in its frame.
         outline: of the body, z its axis.
         extent: of the part, mm.
-        told: whether the body's radius was told, so that it is not in doubt.
+        given: whether the body's radius was given, so that it is not in doubt.
 
     Returns:
         One typed warning a doubt.
     """
     alike = _unlike_pieces(pieces, extent)
-    return alike if told else [*alike, *_bar_around(name, pieces, outline), *_uneven_body(name, pieces, outline)]
+    return alike if given else [*alike, *_bar_around(name, pieces, outline), *_uneven_body(name, pieces, outline)]
 
 
 def _bar_around(name: str, pieces: Sequence[CutPiece], outline: Outline) -> list[Warning]:

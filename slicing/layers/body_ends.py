@@ -5,7 +5,7 @@
     over_ends_mm3(mesh, CylindricalBody(20.0), z_mm)             # what lies within the radius beyond the ends
 
 The rule: layer 0 lies on the body that is there, so it ends where the body ends. Offsets of a cylinder or a cone go on
-beyond its ends, where what they begin with has nothing below (`slicing.beads.overhang` tells of it). What lies within
+beyond its ends, where what they begin with has nothing below (`slicing.beads.overhang` reports it). What lies within
 the body's surface beyond its ends is in no offset; planes hold it as far as they reach. How much that is, a warning
 says. The layers of strategy revolved go round the ends instead: there the end faces belong to the body's profile.
 """

@@ -191,8 +191,8 @@ def _divided_at_vertices(
     if int((of_found.count % 2).sum()) >= int((edges.count % 2).sum()):
         return faces, edges
     many = "1 vertex" if count == 1 else f"{count} vertices"
-    told = f"{name}: divided faces at {many} on their sides (T-vertices, up to {farthest:.2g} mm off)"
-    lines.append(repaired(told))
+    reported = f"{name}: divided faces at {many} on their sides (T-vertices, up to {farthest:.2g} mm off)"
+    lines.append(repaired(reported))
     return found, of_found
 
 

@@ -60,10 +60,10 @@ def unfolded(mesh: Mesh) -> Mesh:
     faces = np.concatenate([mesh.faces[~gone], *new])
     if not MeshEdges.of(len(mesh.vertices), faces).is_surface:
         return mesh
-    told = (
+    detail = (
         f"{mesh.name}: divided {len(new)} flat regions anew whose faces fold back onto one another (concave polygons)"
     )
-    line = repaired(f"{told}; the volume is the same")
+    line = repaired(f"{detail}; the volume is the same")
     used, compact = np.unique(faces, return_inverse=True)
     compact = compact.reshape(-1, 3).astype(np.int64)
     return replace(mesh, vertices=mesh.vertices[used], faces=compact, warnings=(*mesh.warnings, line))

@@ -259,8 +259,8 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines
     vertices = np.asarray(data.vert_properties)[:, :3]
     triangles = np.asarray(data.tri_verts).astype(np.int64)
     _require_same_inside(mesh, faces, vertices[triangles])
-    told = f"{apart:.6g} mm³ with overlaps counted twice, {together:.6g} mm³ as one solid"
-    lines.append(repaired(f"{mesh.name}: united {len(solids)} shells that overlap ({told})"))
+    detail = f"{apart:.6g} mm³ with overlaps counted twice, {together:.6g} mm³ as one solid"
+    lines.append(repaired(f"{mesh.name}: united {len(solids)} shells that overlap ({detail})"))
     if inner:
         lines.append(_inner_line(mesh.name, len(inner), float(sum(solid.volume() for solid in inner))))
     made = mesh_from_arrays(mesh.name, vertices, triangles, mesh.noise_mm)

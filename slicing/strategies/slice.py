@@ -78,7 +78,7 @@ def slice_sub_volume(
     if not layers:
         raise PartError(f"{mesh.name}: thinner than one layer ({parameters.h_layer_mm} mm) outside the body")
     sliced = SlicedSubVolume(mesh.name, parameters.strategy, mesh, body, layers, (), parameters, body_z_mm=body_z_mm)
-    # where thin beads are dealt with, `slicing.beads.thickness_policy` tells of them
+    # where thin beads are dealt with, `slicing.beads.thickness_policy` reports them
     thin = _thin_beads(sliced) if parameters.thickness == "report" else []
     held = hold_volume(sliced)
     return replace(

@@ -156,8 +156,8 @@ def read_toolpath(
         f"toolpath {file.name}: overhang, metal and layer areas are not checked: "
         "they are known only for layers that rbam-cell slices itself"
     )
-    told = (Warning(Code.TOOLPATH_NOT_SLICED, text), *_passed_over(table), *own_metal_told(targets, width_mm))
-    return Toolpath(targets, BeadParameters(width_mm=width_mm), (), metal == "below", told, str(file))
+    reported = (Warning(Code.TOOLPATH_NOT_SLICED, text), *_passed_over(table), *own_metal_told(targets, width_mm))
+    return Toolpath(targets, BeadParameters(width_mm=width_mm), (), metal == "below", reported, str(file))
 
 
 def _read(file: Path) -> _CsvRows:

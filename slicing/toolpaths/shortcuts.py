@@ -78,5 +78,5 @@ def lay(
     parameters = BeadParameters(**beads)
     laid = lay_beads(sliced, parameters)
     targets = sample_beads(laid, chord_tolerance_mm, min_segment_mm, BeadSpeed(speed_mm_s))
-    told = (*(line for one in sliced for line in one.warnings), *(line for one in laid for line in one.warnings))
-    return Toolpath(targets, parameters, laid, warnings=told)
+    reported = (*(line for one in sliced for line in one.warnings), *(line for one in laid for line in one.warnings))
+    return Toolpath(targets, parameters, laid, warnings=reported)

@@ -7,10 +7,10 @@ hundredth of the area. Two questions are asked of every layer:
 
 - *What does the solid say?* The mesh, its faces made small, is cut by the layer's surface face by face, straight
   between the sides of each: lengths and number of loops follow from which faces are neighbours. None of the exact
-  curves are used. A layer is told of only if its border fits no surface within REACH_MM of its own.
+  curves are used. A layer is reported only if its border fits no surface within REACH_MM of its own.
 - *Does every border part material from what is none?* Where the region has nothing on either side of a border it is a
   bridge of no width: a bead would be laid in the air. Where it has material on both sides (solids that touch) two
-  beads would run on one another; that is told of, and no more.
+  beads would run on one another; that is reported, and no more.
 """
 
 from __future__ import annotations
@@ -68,11 +68,11 @@ def hold_borders(name: str, mesh: Mesh, layers: Sequence[Layer], cut_mm: Sequenc
     fine = _divided(_FineMesh(mesh.vertices, mesh.faces), side)
     lines: list[Warning] = []
     for layer, at in zip(layers, cut_mm, strict=True):
-        told = _against_solid(name, fine, layer, at)
-        if told and math.isfinite(side):
+        detail = _against_solid(name, fine, layer, at)
+        if detail and math.isfinite(side):
             near = _divided(fine, side / FINER_FACES, layer.surface.offset(at))
-            told = _against_solid(name, near, layer, at)
-        lines += told
+            detail = _against_solid(name, near, layer, at)
+        lines += detail
         lines += _against_region(name, layer)
     return tuple(lines)
 
@@ -192,15 +192,16 @@ def _against_solid(name: str, fine: _FineMesh, layer: Layer, cut_mm: float) -> l
         if long_enough and as_many:
             return []
     where = f"{name}: layer {layer.index}"
-    told = []
+    detail = []
     if not long_enough:
-        told.append(
+        detail.append(
             (Code.LAYER_LENGTH, f"its borders are {total:.1f} mm long, the solid's section has {lengths[0]:.1f} mm")
         )
     if not as_many:
-        told.append((Code.LAYER_LOOPS, f"it has {count} loops, the solid's section has {counts[0][0]}"))
+        detail.append((Code.LAYER_LOOPS, f"it has {count} loops, the solid's section has {counts[0][0]}"))
     return [
-        Warning(code, f"{where}: {text}: the layer is wrong", sub_volume=name, layer=layer.index) for code, text in told
+        Warning(code, f"{where}: {text}: the layer is wrong", sub_volume=name, layer=layer.index)
+        for code, text in detail
     ]
 
 
@@ -216,17 +217,17 @@ def _against_region(name: str, layer: Layer) -> list[Warning]:
     region = region_of(flat)
     opened = region.buffer(-NO_WIDTH_MM, join_style="mitre").buffer(2.0 * NO_WIDTH_MM, join_style="mitre")
     filled = region.buffer(NO_WIDTH_MM, join_style="mitre").buffer(-BESIDE_MM, join_style="mitre")
-    bridge, seam = float(lines.difference(opened).length), float(lines.intersection(filled).length)
+    bridge, inside = float(lines.difference(opened).length), float(lines.intersection(filled).length)
     where, most = f"{name}: layer {layer.index}", LENGTH_SHARE * lines.length + LENGTH_MM
     found: list[Warning] = []
     if bridge > most:
-        told = f"{bridge:.1f} of {lines.length:.1f} mm of its borders enclose nothing (a bridge of no width)"
+        detail = f"{bridge:.1f} of {lines.length:.1f} mm of its borders enclose nothing (a bridge of no width)"
         found.append(
-            Warning(Code.LAYER_LENGTH, f"{where}: {told}: the layer is wrong", sub_volume=name, layer=layer.index)
+            Warning(Code.LAYER_LENGTH, f"{where}: {detail}: the layer is wrong", sub_volume=name, layer=layer.index)
         )
-    if seam > most:
-        told = f"{seam:.1f} of {lines.length:.1f} mm of its borders run within its material (solids that touch)"
-        found.append(Warning(Code.LAYER_SEAM, f"{where}: {told}", sub_volume=name, layer=layer.index))
+    if inside > most:
+        detail = f"{inside:.1f} of {lines.length:.1f} mm of its borders run within its material (solids that touch)"
+        found.append(Warning(Code.LAYER_SEAM, f"{where}: {detail}", sub_volume=name, layer=layer.index))
     return found
 
 

@@ -15,7 +15,7 @@ Three questions, answered from the mesh's surface alone, none of the layers' cur
 - *How much do the layers hold?* The integral of the bead's thickness over each region, thin places included.
 
 The last two differ from the first by what slicing rounds. The stack ends where a whole layer ends, above the top or
-below it: that part is told apart (`end_mm`). A bead has the section at its curves over all of its height; a sum with
+below it: that part is distinguished (`end_mm`). A bead has the section at its curves over all of its height; a sum with
 the mean of its section and the next one's (the trapezoidal rule) has not. Where neither comes within MOST_OFF of the
 volume a line says so, and why where that can be told.
 

@@ -1,12 +1,16 @@
-"""Memory that is freed in small pieces goes back to the system."""
+"""Memory that is freed goes back to the system, and a check keeps nothing of a job that is gone."""
 
 import ctypes
+import gc
 import os
 import sys
+import weakref
 from pathlib import Path
 
 import pytest
+from support.jobs.layered_boss import WALL, layered_job
 
+from cell import check
 from cell.freed_memory import give_back
 
 PIECES, BYTES = 100_000, 600  # 60 MB, larger than what Python's own allocator keeps in its arenas
@@ -27,3 +31,15 @@ def test_what_was_freed_in_small_pieces_is_given_back():
     give_back()
     assert before - resident_mb() > 0.8 * PIECES * BYTES / 1e6
     assert len(last) == BYTES
+
+
+@pytest.mark.parametrize("fixture", [[], [WALL]], ids=["feasible", "infeasible"])
+def test_nothing_of_a_check_is_kept_once_its_job_is_gone(fixture: list[dict[str, object]]) -> None:
+    job = layered_job(fixtures=fixture)
+    model, scene = weakref.ref(job.scene.model), weakref.ref(job.scene)
+    result = check(job)
+    assert result.feasible == (not fixture)
+    del job, result
+    gc.collect()
+    assert model() is None
+    assert scene() is None

@@ -203,7 +203,7 @@ class _Nearest:
 
     @property
     def limit(self) -> float:
-        """Where it comes no nearer than this, there is nothing to be found, m."""
+        """Distance, m, above which nothing has to be found."""
         return min(float(self.best.distance[0]), self.most) - self.allowed
 
     @property

@@ -104,7 +104,7 @@ class CarriedPlanes:
     def over(
         self, poses: LinkPoses, bends: StepBends, pairs: PairsBelow, clusters: StepClusters
     ) -> tuple[Ints, Ints, Floats]:
-        """How far pairs are apart at the samples of their clusters, less what may be missing between the samples.
+        """Distances of pairs at the samples of their clusters, reduced by what may be missing between the samples.
 
         Args:
             poses: at the samples.

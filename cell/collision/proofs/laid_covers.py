@@ -1,8 +1,8 @@
 """Convex shapes that hold all that is laid of a sub-volume: one plane serves for hundreds of pieces.
 
-    covers = LaidCovers(scene, geoms, shape_of)     # geoms: ids of the deposits that collide
-    ids = covers.ids(deposits_laid)                 # of the covers of what is laid by then, one for each sub-volume
-    covers.shape(ids[0])                            # base frame
+    covers = LaidCovers(scene, geoms)       # geoms: ids of the deposits that collide
+    ids = covers.ids(deposits_laid)         # of the covers of what is laid by then, one for each sub-volume
+    covers.shape(ids[0], shape_of)          # base frame, where shape_of(geom) gives a deposit's shape there
 
 A part that grows is below the torch nearly everywhere: a plane that keeps the torch apart from the hull of all its
 pieces keeps it apart from each. Where the torch dips into a hollow of the part no such plane is found, and the pieces
@@ -35,17 +35,16 @@ Z = np.array([0.0, 0.0, 1.0])
 
 
 class LaidCovers:
-    """The covers of one scene's deposits."""
+    """The covers of one scene's deposits. They do not refer to the scene, so that they are freed with its model."""
 
-    def __init__(self, scene: Scene, geoms: Ints, shape_of: Callable[[int], ConvexShape]) -> None:
+    def __init__(self, scene: Scene, geoms: Ints) -> None:
         """Nothing is made yet.
 
         Args:
             scene: the composed cell.
             geoms: deposits that count, (k,).
-            shape_of: their shapes, in one frame that does not move.
         """
-        self._first, self._stages, self._shape_of = scene.model.ngeom, scene.n_deposits + 1, shape_of
+        self._first, self._stages = scene.model.ngeom, scene.n_deposits + 1
         names = np.array([scene.model.geom(g).name.split("/")[2] for g in geoms.tolist()])
         number = scene.deposit_of_geom[geoms]
         of_each = [(geoms[names == name], number[names == name]) for name in dict.fromkeys(names.tolist())]
@@ -66,11 +65,16 @@ class LaidCovers:
             if begun < deposits_laid
         ]
 
-    def shape(self, cover: int) -> ConvexShape:
-        """The cover with an id."""
-        return self._cover(cover).shape
+    def shape(self, cover: int, shape_of: Callable[[int], ConvexShape]) -> ConvexShape:
+        """The cover with an id.
 
-    def _cover(self, cover: int) -> Cover:
+        Args:
+            cover: its id.
+            shape_of: the shapes of deposits, always in the same frame.
+        """
+        return self._cover(cover, shape_of).shape
+
+    def _cover(self, cover: int, shape_of: Callable[[int], ConvexShape]) -> Cover:
         k, deposits_laid = divmod(cover - self._first, self._stages)
         known = deposits_laid
         while known - 1 > self._begins[k] and cover - deposits_laid + known not in self._made:
@@ -78,34 +82,21 @@ class LaidCovers:
         for number in range(known, deposits_laid + 1):  # one layer after the other: each adds to the cover before it
             at = cover - deposits_laid + number
             if at not in self._made:
-                self._made[at] = self._next(k, number, self._made.get(at - 1) if number - 1 > self._begins[k] else None)
+                before = self._made.get(at - 1) if number - 1 > self._begins[k] else None
+                self._made[at] = _next([shape_of(g) for g in self._laid[k][number - 1].tolist()], before)
         return self._made[cover]
-
-    def _next(self, k: int, deposits_laid: int, before: Cover | None) -> Cover:
-        """The cover of so many deposits as far as they are a sub-volume's, from the one of the deposit before."""
-        pieces = [self._shape_of(g) for g in self._laid[k][deposits_laid - 1].tolist()]
-        if any(piece.ball or piece.disc or piece.endless for piece in pieces):
-            raise ValueError("a deposit that is more than the hull of its points")
-        if before is not None and not pieces:
-            return before
-        points = [piece.points for piece in pieces]
-        if before is not None:
-            points.append(before.points)
-        return Cover.of(np.concatenate(points))
 
 
 _made: weakref.WeakKeyDictionary[mujoco.MjModel, dict[tuple[tuple[float, float], bytes], LaidCovers]]
 _made = weakref.WeakKeyDictionary()
 
 
-def covers_of(
-    scene: Scene, table: tuple[float, float], geoms: Ints, shape_of: Callable[[int], ConvexShape]
-) -> LaidCovers:
+def covers_of(scene: Scene, table: tuple[float, float], geoms: Ints) -> LaidCovers:
     """The covers of deposits of a scene at one table pose, made once; as of :class:`LaidCovers`."""
     known = _made.setdefault(scene.model, {})
     key = table, np.asarray(geoms, dtype=np.int64).tobytes()
     if key not in known:
-        known[key] = LaidCovers(scene, geoms, shape_of)
+        known[key] = LaidCovers(scene, geoms)
     return known[key]
 
 
@@ -166,3 +157,15 @@ def _along(points: Floats, directions: Floats) -> tuple[Floats, Ints, Floats]:
         further = there > far
         far[further], which[further] = there[further], first + at[further]
     return far, which, most
+
+
+def _next(pieces: list[ConvexShape], before: Cover | None) -> Cover:
+    """The cover of a deposit's pieces and of what was laid of the same sub-volume before."""
+    if any(piece.ball or piece.disc or piece.endless for piece in pieces):
+        raise ValueError("a deposit that is more than the hull of its points")
+    if before is not None and not pieces:
+        return before
+    points = [piece.points for piece in pieces]
+    if before is not None:
+        points.append(before.points)
+    return Cover.of(np.concatenate(points))

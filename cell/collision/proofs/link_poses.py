@@ -24,7 +24,7 @@ from .convex_shapes import ConvexShape, convex_shape
 from .laid_covers import covers_of
 
 WORLD = -1
-LAST_LINKS = 3  # by whose places it is told which samples are alike: where these are, the others hardly differ
+LAST_LINKS = 3  # by whose places samples are taken as alike: where these are, the others hardly differ
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ class ArmLinks:
         self._still: dict[int, ConvexShape] = {}
         self._data = checker.posed()
         laid = np.flatnonzero((scene.deposit_of_geom >= 0) & scene.contact_bits.any(axis=0))
-        self.covers = covers_of(scene, checker.table, np.setdiff1d(laid, checker.ignored), self.shape)
+        self.covers = covers_of(scene, checker.table, np.setdiff1d(laid, checker.ignored))
         bits = np.bitwise_or.reduce(scene.contact_bits[:, laid], axis=1)
         one, other = scene.contact_bits[:, self.moving] & bits[::-1, None]
         self.meets_laid = self.moving[(one | other) != 0]  # the wire may touch what is laid
@@ -168,7 +168,7 @@ class ArmLinks:
     def shape(self, geom: int) -> ConvexShape:
         """A shape in the frame of its joint; of what stands still, and covers of it, in the base frame."""
         if geom >= self._scene.model.ngeom:
-            return self.covers.shape(geom)
+            return self.covers.shape(geom, self.shape)
         if self.owner[geom] >= 0:
             return self._shapes[geom]
         if geom not in self._still:

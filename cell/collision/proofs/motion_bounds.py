@@ -120,7 +120,7 @@ def change_of_curvature(radius: Floats, turn: Floats) -> Floats:
 class CoupledBounds:
     """Bounds for one scene's arm and table, with the table's axes behind the arm's joints.
 
-    Against the cell and itself the arm moves as ever; against what is on the table it moves as seen from there, which
+    Against the cell and itself the arm moves as usual; against what is on the table it moves as seen from there, which
     along a bead is little, however far the table turns. Seen from the table the arm is a chain with two more axes.
     """
 

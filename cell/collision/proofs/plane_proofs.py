@@ -4,10 +4,10 @@
     proved = proofs.along(q, step, laid, wanted, bend)    # steps of q (m, n) rad, wanted and bend m
     proved.kept, proved.seen                         # what is kept on each, and what was seen where it was looked
 
-What is apart in one configuration is told apart by a plane across the way between its nearest points. The plane stays
-where it is, in the world or on the link nearer to the base, and the other shape moves: how far it stays on its side is
-a product of its corners with the plane's normal, which many configurations take in one array. What is no nearer than
-``far`` there has come nearer by its travel at most.
+Two shapes that are apart in one configuration are separated by a plane across the line between their nearest points.
+The plane stays where it is, in the world or on the link nearer to the base, and the other shape moves: how far it stays
+on its side is a product of its corners with the plane's normal, which many configurations take in one array. What is no
+nearer than ``far`` there has come nearer by its travel at most.
 
 Between two samples a point of the arm is off the straight line between its places there by an eighth of its greatest
 second derivative at most (``motion_bounds``): what holds at both ends holds between them, less that.

@@ -24,7 +24,7 @@ ONE_PLANE = 2e-4  # m: shapes that reach no further over a plane than this share
 
 @dataclass(frozen=True, eq=False)
 class SeparatingPlanes:
-    """Planes, each between some shape of the arm and what is on its other side.
+    """Planes, each between a shape of the arm and the shapes on its other side.
 
     Attributes:
         cluster: whose they are, (p,).

@@ -40,7 +40,7 @@ def bead_path(stretch: Stretch, blend: float) -> BlendedPath:
 
 
 def travel_path(q: Floats, zone: float = TRAVEL_ZONE) -> tuple[BlendedPath, Ints]:
-    """A travel's rows with the length of the joints' way to each, rad; and which rows these are: none that repeats."""
+    """A travel's rows without repetitions, with the joint travel up to each, rad; and the numbers of these rows."""
     moves = np.abs(np.diff(q, axis=0)).max(axis=1) > NO_MOVE
     rows = np.flatnonzero(np.concatenate([[True], moves]))
     way = np.linalg.norm(np.diff(q[rows], axis=0), axis=1)

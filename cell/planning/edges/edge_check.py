@@ -198,7 +198,7 @@ class CheckedEdges:
 
 
 def collision_place(nearest: Clearances, k: int, context: Context) -> CollisionPlace:
-    """Where what was seen nearest keeps the clearance, that it is kept between samples is not proved."""
+    """At a sample where the nearest pair there is too near; else between samples, where no proof was found."""
     return (
         CollisionPlace.BETWEEN_SAMPLES
         if nearest.distance[k] >= context.settings.clearance

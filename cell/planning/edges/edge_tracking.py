@@ -151,10 +151,10 @@ def track_edges(
     Returns:
         The track; the edges' ends are samples of it, as given.
     """
-    ways = EdgePoses.of(placed, start, roll)
-    reach = np.maximum(np.abs(q[:, 1] - q[:, 0]).max(axis=1), ways.table_turn)
-    edge, t = _sampled(ways, reach, steps, _bowed(solver, ways, q))
-    Ts = ways.at(edge, t)
+    poses = EdgePoses.of(placed, start, roll)
+    reach = np.maximum(np.abs(q[:, 1] - q[:, 0]).max(axis=1), poses.table_turn)
+    edge, t = _sampled(poses, reach, steps, _bowed(solver, poses, q))
+    Ts = poses.at(edge, t)
     guess = q[edge, 0] + t[:, None] * (q[edge, 1] - q[edge, 0])
     inner = (t > 0) & (t < 1)
     out = guess.copy()
@@ -170,37 +170,37 @@ def track_edges(
     same = edge[1:] == edge[:-1]
     far = same & (np.abs(out[1:] - out[:-1]).max(axis=1) > JUMP)
     broken[edge[1:][far]] = True
-    track = Track(edge, t, out, ways.points(edge, t), ways.table_at(edge, t), margin, {})
+    track = Track(edge, t, out, poses.points(edge, t), poses.table_at(edge, t), margin, {})
     again = np.flatnonzero(broken)  # what is wrong with them is known once they are followed from their beginning
-    return _with_dense(solver, ways, q, limits, track, again) if len(again) else track
+    return _with_dense(solver, poses, q, limits, track, again) if len(again) else track
 
 
 def off_bead(T: Floats, position: Floats, normal: Floats, close: BeadTolerance) -> Floats:
-    """How far poses of the TCP (m, 4, 4) are off points and deposition directions, (m,), as shares of what they may."""
+    """Deviation of TCP poses (m, 4, 4) from points and deposition directions, (m,), as shares of the tolerance."""
     off = np.linalg.norm(T[:, :3, 3] - position, axis=1)
     # half the chord, since an angle as small as this is lost in its cosine
     wire_angle = 2 * np.arcsin(np.clip(np.linalg.norm(T[:, :3, 2] + normal, axis=1) / 2, 0.0, 1.0))
     return np.maximum(off / close.bead_distance, wire_angle / close.wire_angle)
 
 
-def _bowed(solver: Solver, ways: EdgePoses, q: Floats) -> Floats:
+def _bowed(solver: Solver, poses: EdgePoses, q: Floats) -> Floats:
     """Parts of each edge, (e,), in which straight joint motion stays close to the bead: n**2 times as close in n."""
     edge, half = np.arange(len(q)), np.full(len(q), 0.5)
     T = solver.chain.forward((q[:, 0] + q[:, 1]) / 2)
-    if ways.moving is not None:
-        T = ways.moving.seen(T, ways.table_at(edge, half))
-    p, n = ways.position, ways.normal
+    if poses.moving is not None:
+        T = poses.moving.seen(T, poses.table_at(edge, half))
+    p, n = poses.position, poses.normal
     along = p[:, 1] - p[:, 0]
     t = np.clip(((T[:, :3, 3] - p[:, 0]) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
-    off = off_bead(T, ways.points(edge, t), _slerp(n[:, 0], n[:, 1], ways.swing, t), CLOSE)
+    off = off_bead(T, poses.points(edge, t), _slerp(n[:, 0], n[:, 1], poses.swing, t), CLOSE)
     return np.minimum(np.sqrt(BOWED * off), MOST_PARTS)
 
 
-def _sampled(ways: EdgePoses, reach: Floats, steps: Steps, least: Floats) -> tuple[Ints, Floats]:
+def _sampled(poses: EdgePoses, reach: Floats, steps: Steps, least: Floats) -> tuple[Ints, Floats]:
     """Edge and place of samples dense enough for all edges, ends included.
 
     Args:
-        ways: the edges.
+        poses: the edges.
         reach: how far any axis turns on each, (e,), rad.
         steps: how far samples are apart at most.
         least: parts of each at least, (e,).
@@ -208,8 +208,8 @@ def _sampled(ways: EdgePoses, reach: Floats, steps: Steps, least: Floats) -> tup
     count = np.maximum.reduce(
         [
             least,
-            np.linalg.norm(ways.position[:, 1] - ways.position[:, 0], axis=1) / steps.position,
-            np.maximum.reduce([ways.swing, np.abs(ways.turn), reach]) / steps.angle,
+            np.linalg.norm(poses.position[:, 1] - poses.position[:, 0], axis=1) / steps.position,
+            np.maximum.reduce([poses.swing, np.abs(poses.turn), reach]) / steps.angle,
         ]
     )
     count = np.maximum(np.ceil(count - 1e-9), 1).astype(np.int64)
@@ -219,12 +219,12 @@ def _sampled(ways: EdgePoses, reach: Floats, steps: Steps, least: Floats) -> tup
 
 
 def _with_dense(
-    solver: Solver, ways: EdgePoses, q: Floats, limits: SingularityLimits, track: Track, again: Ints
+    solver: Solver, poses: EdgePoses, q: Floats, limits: SingularityLimits, track: Track, again: Ints
 ) -> Track:
     """The track with some edges followed from their beginning, and judged by that."""
     kept = ~np.isin(track.edge, again)
     mine = ~kept
-    edge, t, out = along(solver, ways, q[:, 0], track.edge[mine], track.fraction[mine])
+    edge, t, out = along(solver, poses, q[:, 0], track.edge[mine], track.fraction[mine])
     margin = margins(solver.chain, solver.geometry, out)
     broken = {}
     least = limits.values(solver.geometry is not None)
@@ -244,19 +244,19 @@ def _with_dense(
         edge=joined(track.edge, edge),
         fraction=joined(track.fraction, t),
         q=joined(track.q, out),
-        position=joined(track.position, ways.points(edge, t)),
-        table=joined(track.table, ways.table_at(edge, t)),
+        position=joined(track.position, poses.points(edge, t)),
+        table=joined(track.table, poses.table_at(edge, t)),
         margin=joined(track.margin, margin),
         broken=broken,
     )
 
 
-def along(solver: Solver, ways: EdgePoses, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
+def along(solver: Solver, poses: EdgePoses, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
     """Follow edges from their first ends without regard to joint limits.
 
     Args:
         solver: the arm.
-        ways: the edges.
+        poses: the edges.
         start: configuration that each edge begins in, (e, j), rad.
         edge: edge of each sample, ascending, (m,).
         t: its place, ascending on each edge, from 0 to 1, (m,).
@@ -266,8 +266,8 @@ def along(solver: Solver, ways: EdgePoses, start: Floats, edge: Ints, t: Floats)
         NaN from where the arm cannot follow. Where two are further apart than ``DENSE`` there is a jump between them.
     """
     if solver.form is None:
-        return _step_by_step(solver.chain, ways, start, edge, t)
-    raw = closed_form.solve(solver.form, ways.at(edge, t))
+        return _step_by_step(solver.chain, poses, start, edge, t)
+    raw = closed_form.solve(solver.form, poses.at(edge, t))
     first = np.searchsorted(edge, edge)
     # the branch is that of the beginning
     off = np.abs(wrap(raw[first] - start[edge][:, None])).max(axis=-1)
@@ -281,7 +281,7 @@ def along(solver: Solver, ways: EdgePoses, start: Floats, edge: Ints, t: Floats)
         if not len(k):
             break
         t_new = (t[k] + t[k + 1]) / 2
-        q_new = closed_form.solve(solver.form, ways.at(edge[k], t_new))[np.arange(len(k)), branch[k]]
+        q_new = closed_form.solve(solver.form, poses.at(edge[k], t_new))[np.arange(len(k)), branch[k]]
         q, t = np.insert(q, k + 1, q_new, axis=0), np.insert(t, k + 1, t_new)
         edge, branch = np.insert(edge, k + 1, edge[k]), np.insert(branch, k + 1, branch[k])
     # in the turns of the beginning; what comes after a gap is not reached
@@ -298,14 +298,14 @@ def along(solver: Solver, ways: EdgePoses, start: Floats, edge: Ints, t: Floats)
     return edge, t, start[edge] + total
 
 
-def _step_by_step(chain: Chain, ways: EdgePoses, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
+def _step_by_step(chain: Chain, poses: EdgePoses, start: Floats, edge: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
     """As :func:`along` for an arm without a closed form: every sample from the one before."""
     which, count = np.unique(edge, return_counts=True)
     count = np.minimum(4 * count, MOST_STEPS)
     edge = np.repeat(which, count + 1)
     k = np.arange(len(edge)) - np.searchsorted(edge, edge)
     t = k / np.repeat(count, count + 1)
-    Ts, first = ways.at(edge, t), np.searchsorted(edge, which)
+    Ts, first = poses.at(edge, t), np.searchsorted(edge, which)
     out = np.full((len(edge), chain.n), np.nan)
     out[first] = start[which]
     before = start[which].copy()
@@ -354,7 +354,7 @@ def _judged(solver: Solver, q: Floats, margin: Floats, least: Floats, ends: Floa
 
 
 def thinnest(margin: Floats, least: Floats) -> Failure:
-    """The margin (m, 4) that is smallest against what it has to keep (4,)."""
+    """The margin of (m, 4) that is smallest in proportion to its limit (4,)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(least > 0, margin / least, np.inf)
     k, kind = np.unravel_index(int(np.argmin(share)), share.shape)

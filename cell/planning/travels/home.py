@@ -40,25 +40,83 @@ class HomeTravels:
 
 @dataclass(frozen=True, eq=False)
 class SpanEnds:
-    """How beads that are welded at one pose of the table are come to and left.
+    """How the arm comes to the beads that are welded at one table pose, and how it leaves them.
 
     Attributes:
         first: the first of them.
         last: the last.
-        ways: to the first and from the last.
+        paths: to the first and from the last.
     """
 
     first: Stretch
     last: Stretch
-    ways: HomeTravels
+    paths: HomeTravels
 
 
-def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeTravels | None]:
+@dataclass(frozen=True, eq=False)
+class FoundHomeTravels:
+    """What the search of both ways has found, for beads as they were planned.
+
+    Attributes:
+        first: the bead that the one leads to.
+        last: the bead that the other comes from.
+        at_home: what the arm is too near to at home, before and after, if anything.
+        out: the way from home, or why there is none; None where none is asked for.
+        back: the way back, likewise.
+    """
+
+    first: BeadPlan
+    last: BeadPlan
+    at_home: tuple[Failure | None, Failure | None]
+    out: TravelPath | Failure | None
+    back: TravelPath | Failure | None
+
+
+def search_home_travels(context: Context, first: BeadPlan, last: BeadPlan) -> FoundHomeTravels:
+    """Search the ways from home to a bead and from a bead back.
+
+    Args:
+        context: what the beads were planned with.
+        first: the first of its span.
+        last: the last.
+    """
+    start, end = context.span.start, context.span.end
+    laid = int(context.laid[last.stop - 1])
+    at_home = _home_itself(context, start, context.begun, first.first), _home_itself(context, end, laid, last.stop - 1)
+    out: TravelPath | Failure | None = at_home[0]
+    back: TravelPath | Failure | None = at_home[1]
+    if out is None and first.whole and start is not None:
+        out = _way(context, None, first.stretches[0])
+    if back is None and last.whole and end is not None:
+        back = _way(context, last.stretches[0], None)
+    return FoundHomeTravels(first, last, at_home, out, back)
+
+
+def _home_itself(context: Context, home: Floats | None, deposits_laid: int, target: int) -> Failure | None:
+    """What the arm is too near to at home, if anything, with the table as at a target."""
+    if home is None:
+        return None
+    axes = context.placed.axes(home[None], np.array([target]))
+    found = context.checker.clearances(axes, np.array([deposits_laid]))
+    if found.distance[0] >= context.settings.clearance:
+        return None
+    return context.describe(found, 0, FailurePlace(Where.TRAVEL, at_home=True))
+
+
+def _way(context: Context, end: Stretch | None, start: Stretch | None) -> TravelPath | Failure:
+    deposits_laid = context.begun if end is None else int(context.laid[end.stop - 1])
+    return travel(context, end, start, deposits_laid)
+
+
+def with_home(
+    context: Context, plan: PartPlan, known: FoundHomeTravels | None = None
+) -> tuple[PartPlan, HomeTravels | None]:
     """Plan the ways from home and back.
 
     Args:
         context: what the plan was made with.
         plan: of the part.
+        known: what has been found already; counts where the plan is whole and both beads are still the same.
 
     Returns:
         The plan, with targets that no such way leads to, or from, in its travel_failures; and the ways, None where
@@ -66,31 +124,26 @@ def with_home(context: Context, plan: PartPlan) -> tuple[PartPlan, HomeTravels |
     """
     if context.span.start is None and context.span.end is None:
         return plan, None
-    whole = not plan.travel_failures and all(bead.whole for bead in plan.beads)
-    if not whole:
+    first, last = plan.beads[0], plan.beads[-1]
+    if not plan.whole:
         few = max(context.settings.travel_attempts // REDUCED, 1)
         context = replace(context, settings=replace(context.settings, travel_attempts=few))
-    return _Home(context, plan, whole).planned()
+    elif known is not None and known.first is first and known.last is last:
+        return _Home(context, plan, known).planned()
+    return _Home(context, plan, search_home_travels(context, first, last)).planned()
 
 
 class _Home:
     """The search of both ways."""
 
-    def __init__(self, context: Context, plan: PartPlan, whole: bool) -> None:
-        self.context, self.plan, self.whole = context, plan, whole
+    def __init__(self, context: Context, plan: PartPlan, found: FoundHomeTravels) -> None:
+        self.context, self.plan, self.whole, self.found = context, plan, plan.whole, found
         self.beads, self.travels = list(plan.beads), list(plan.travels)
         self.travel_failures = dict(plan.travel_failures)
 
     def planned(self) -> tuple[PartPlan, HomeTravels | None]:
         first, last = self.beads[0], self.beads[-1]
-        start, end = self.context.span.start, self.context.span.end
-        laid = int(self.context.laid[last.stop - 1])
-        failed_at_home = [
-            self._home_itself(start, self.context.begun, first.first),
-            self._home_itself(end, laid, last.stop - 1),
-        ]
-        out = failed_at_home[0] or (self._way(None, first.stretches[0]) if first.whole and start is not None else None)
-        back = failed_at_home[1] or (self._way(last.stretches[0], None) if last.whole and end is not None else None)
+        failed_at_home, out, back = self.found.at_home, self.found.out, self.found.back
         if self.whole and isinstance(out, Failure) and not failed_at_home[0]:
             joined = self._otherwise(0)
             out = out if joined is None else joined[0]
@@ -113,20 +166,6 @@ class _Home:
         bead = self.beads[0] if target < self.beads[0].stop else self.beads[-1]
         if target not in (*bead.target_failures, *bead.edge_failures, *self.travel_failures):
             self.travel_failures[target] = failure
-
-    def _home_itself(self, home: Floats | None, deposits_laid: int, target: int) -> Failure | None:
-        """What the arm is too near to at home, if anything, with the table as at a target."""
-        if home is None:
-            return None
-        axes = self.context.placed.axes(home[None], np.array([target]))
-        found = self.context.checker.clearances(axes, np.array([deposits_laid]))
-        if found.distance[0] >= self.context.settings.clearance:
-            return None
-        return self.context.describe(found, 0, FailurePlace(Where.TRAVEL, at_home=True))
-
-    def _way(self, end: Stretch | None, start: Stretch | None) -> TravelPath | Failure:
-        deposits_laid = self.context.begun if end is None else int(self.context.laid[end.stop - 1])
-        return travel(self.context, end, start, deposits_laid)
 
     def _otherwise(self, k: int) -> tuple[TravelPath | None, TravelPath | None] | None:
         """Ways to and from the first or last bead, begun or ended elsewhere; None where that does not help."""
@@ -160,12 +199,12 @@ class _Home:
         into: TravelPath | None = None
         on: TravelPath | None = None
         if before is not None or span.start is not None:
-            found = self._way(before, start)
+            found = _way(self.context, before, start)
             if isinstance(found, Failure):
                 return None
             into, start = found, turned_to_travel_end(start, found)
         if after is not None or span.end is not None:
-            found = self._way(start, after)
+            found = _way(self.context, start, after)
             if isinstance(found, Failure) or (after is not None and (found[0][-1] != after.axes[0]).any()):
                 return None  # a way on that ends whole turns from the next bead would turn all that comes after it
             on = found

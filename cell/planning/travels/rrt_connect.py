@@ -1,10 +1,10 @@
-"""A way between two configurations where the straight one is not free: bidirectional trees in joint space.
+"""A path between two configurations where the straight one is not free: bidirectional trees in joint space.
 
     space = Space(lower, upper, radius, speed)
     found = connect(space, TreeRoots(starts, goals, hints), free, attempts=1000, seed=0)
-    found.way                      # (k, n) corners from one of the starts to one of the goals, or None
+    found.path                     # (k, n) corners from one of the starts to one of the goals, or None
 
-``free(a, b)`` tells of many edges at once how far each can be gone; nothing here knows of arms or cells. The same
+``free(a, b)`` gives for many edges at once how far each is free; nothing here knows of arms or cells. The same
 questions give the same answers: the random numbers are seeded, and no clock is read. Radians.
 
 Source: Kuffner, LaValle, RRT-Connect: an efficient approach to single-query path planning, ICRA 2000; shortcuts after
@@ -81,11 +81,11 @@ class TreeSearchResult:
     """What a search ended with.
 
     Attributes:
-        way: corners, (k, n), or None.
+        path: corners, (k, n), or None.
         sizes: nodes of the tree of the starts and of that of the goals: the smaller is the one shut in.
     """
 
-    way: Floats | None
+    path: Floats | None
     sizes: tuple[int, int]
 
 
@@ -137,8 +137,8 @@ def connect(space: Space, trees: TreeRoots, free: Free, attempts: int, seed: int
         pending = pending[:0]
         met = _round(space, a, b, samples, free)
         if met is not None:
-            way = np.concatenate([a.back(met[0])[::-1], b.back(met[1])[1:]])
-            return TreeSearchResult(way[::-1] if turned else way, _sizes(a, b, turned))
+            path = np.concatenate([a.back(met[0])[::-1], b.back(met[1])[1:]])
+            return TreeSearchResult(path[::-1] if turned else path, _sizes(a, b, turned))
         a, b, turned = b, a, not turned
     return TreeSearchResult(None, _sizes(a, b, turned))
 
@@ -193,12 +193,12 @@ def _grown(tree: _Tree, space: Space, towards: Floats, free: Free) -> tuple[Ints
     return ended, share >= REACHED
 
 
-def with_shortcuts(space: Space, way: Floats, free: Free, attempts: int, seed: int) -> Floats:
-    """The same way with what is not needed cut out: corners first, then between random places on it.
+def with_shortcuts(space: Space, path: Floats, free: Free, attempts: int, seed: int) -> Floats:
+    """The same path with shortcuts: past corners first, then between random places on it.
 
     Args:
         space: joint space.
-        way: corners, (k, n).
+        path: corners, (k, n).
         free: as for :func:`connect`.
         attempts: random shortcuts tried.
         seed: of the random numbers.
@@ -207,55 +207,56 @@ def with_shortcuts(space: Space, way: Floats, free: Free, attempts: int, seed: i
         Corners, (k, n), with the same ends.
     """
     rng = np.random.default_rng(seed)
-    way = _skipped(way, free)
+    path = _skipped(path, free)
     for _ in range(attempts):
-        if len(way) < 3:
+        if len(path) < 3:
             break
-        reach = np.concatenate([[0.0], np.cumsum(space.time(way[:-1], way[1:]))])
+        reach = np.concatenate([[0.0], np.cumsum(space.time(path[:-1], path[1:]))])
         low, high = np.sort(rng.random(2)) * reach[-1]
         i, j = (int(np.searchsorted(reach, t, side="right")) - 1 for t in (low, high))
-        j = min(j, len(way) - 2)
+        j = min(j, len(path) - 2)
         if i >= j:
             continue
         ends = [
-            way[k] + (t - reach[k]) / (reach[k + 1] - reach[k]) * (way[k + 1] - way[k])
+            path[k] + (t - reach[k]) / (reach[k + 1] - reach[k]) * (path[k + 1] - path[k])
             for k, t in ((i, low), (j, high))
         ]
-        now = np.concatenate([[ends[0]], way[i + 1 : j + 1], [ends[1]]])
+        now = np.concatenate([[ends[0]], path[i + 1 : j + 1], [ends[1]]])
         if space.time(ends[0], ends[1]) >= 0.999 * space.time(now[:-1], now[1:]).sum():
             continue
         if free(ends[0][None], ends[1][None])[0] >= REACHED:
-            way = np.concatenate([way[: i + 1], ends, way[j + 1 :]])
-    return _without_repeats(_skipped(way, free))
+            path = np.concatenate([path[: i + 1], ends, path[j + 1 :]])
+    return _without_repeats(_skipped(path, free))
 
 
-def _skipped(way: Floats, free: Free) -> Floats:
+def _skipped(path: Floats, free: Free) -> Floats:
     """From each corner straight to the last that can be reached from it."""
     kept, i = [0], 0
-    while i < len(way) - 1:
-        ahead = np.arange(len(way) - 1, i + 1, -1)
-        hit = free(np.repeat(way[i : i + 1], len(ahead), axis=0), way[ahead]) >= REACHED if len(ahead) else np.zeros(0)
+    while i < len(path) - 1:
+        ahead = np.arange(len(path) - 1, i + 1, -1)
+        here = np.repeat(path[i : i + 1], len(ahead), axis=0)
+        hit = free(here, path[ahead]) >= REACHED if len(ahead) else np.zeros(0)
         i = int(ahead[np.argmax(hit)]) if hit.any() else i + 1
         kept.append(i)
-    return way[kept]
+    return path[kept]
 
 
-def _without_repeats(way: Floats) -> Floats:
-    return way[np.concatenate([[True], (np.diff(way, axis=0) != 0).any(axis=1)])]
+def _without_repeats(path: Floats) -> Floats:
+    return path[np.concatenate([[True], (np.diff(path, axis=0) != 0).any(axis=1)])]
 
 
-def with_round_corners(way: Floats, free: Free) -> Floats:
+def with_round_corners(path: Floats, free: Free) -> Floats:
     """The same way with its corners rounded by parabolas, as far as they are free.
 
     Args:
-        way: corners, (k, n).
+        path: corners, (k, n).
         free: as for :func:`connect`.
 
     Returns:
         Corners, (k', n), with the same ends.
     """
-    out = [way[:1]]
-    for before, corner, after in zip(way[:-2], way[1:-1], way[2:], strict=True):
+    out = [path[:1]]
+    for before, corner, after in zip(path[:-2], path[1:-1], path[2:], strict=True):
         out.append(corner[None])
         for cut in (CORNER, CORNER / 4):
             p, r = corner + cut * (before - corner), corner + cut * (after - corner)
@@ -264,13 +265,13 @@ def with_round_corners(way: Floats, free: Free) -> Floats:
             if (free(bend[:-1], bend[1:]) >= REACHED).all():
                 out[-1] = bend
                 break
-    return np.concatenate([*out, way[-1:]])
+    return np.concatenate([*out, path[-1:]])
 
 
-def sampled(way: Floats, step: float) -> Floats:
+def sampled(path: Floats, step: float) -> Floats:
     """Samples of a way, no joint moving further than a step (rad) between them, (m, n); its corners are among them."""
-    pieces = [way[:1]]
-    for a, b in pairwise(way):
+    pieces = [path[:1]]
+    for a, b in pairwise(path):
         count = max(int(np.ceil(np.abs(b - a).max() / step - 1e-9)), 1)
         pieces.append(a + np.linspace(0, 1, count + 1)[1:, None] * (b - a))
     return np.concatenate(pieces)

@@ -79,14 +79,14 @@ def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelPa
     found = _kept(
         context.checker, context, [(r.q, r.deposits_laid) for r in routes], 2 * settings.clearance, settings.kept
     )
-    free = [(route, way) for route, way in zip(routes, found, strict=True) if way is not None]
-    known = [(way.q, way.at_least, way.kept, route.deposits_laid) for route, way in free]
+    free = [(route, path) for route, path in zip(routes, found, strict=True) if path is not None]
+    known = [(path.q, path.at_least, path.kept, route.deposits_laid) for route, path in free]
     rounded = free_travels(context.checker, context, known, settings.kept)
     free = [one for one, is_free in zip(free, rounded, strict=True) if is_free]
-    ways: list[TravelPath | None] = [None] * len(gaps)
-    for (route, way), is_clear in zip(free, _wire_clear(context, [route for route, _ in free]), strict=True):
-        ways[route.gap] = way if is_clear else None
-    return ways
+    paths: list[TravelPath | None] = [None] * len(gaps)
+    for (route, path), is_clear in zip(free, _wire_clear(context, [route for route, _ in free]), strict=True):
+        paths[route.gap] = path if is_clear else None
+    return paths
 
 
 def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
@@ -106,19 +106,19 @@ def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
 
 
 def _kept(
-    checker: Checker, context: Context, ways: Sequence[tuple[Floats, int]], room: float, least: float
+    checker: Checker, context: Context, paths: Sequence[tuple[Floats, int]], room: float, least: float
 ) -> list[TravelPath | None]:
     """Ways (samples and deposits laid) with room at every sample that keep a clearance between them.
 
     Those that keep the room between their samples as well are mostly proved to by few looks; all others are checked
     sample by sample.
     """
-    if not ways:
+    if not paths:
         return []
-    of = np.repeat(np.arange(len(ways)), [len(q) for q, _ in ways])
-    q, laid = np.concatenate([q for q, _ in ways]), np.array([deposits_laid for _, deposits_laid in ways])[of]
-    out: list[TravelPath | None] = [None] * len(ways)
-    left = np.ones(len(ways), dtype=bool)
+    of = np.repeat(np.arange(len(paths)), [len(q) for q, _ in paths])
+    q, laid = np.concatenate([q for q, _ in paths]), np.array([deposits_laid for _, deposits_laid in paths])[of]
+    out: list[TravelPath | None] = [None] * len(paths)
+    left = np.ones(len(paths), dtype=bool)
     proofs = proofs_of(checker)
     if proofs is not None:
         step = steps_between(q, of)
@@ -133,8 +133,8 @@ def _kept(
             mine = np.flatnonzero(of == i)
             out[i] = TravelPath(q[mine], proved.seen.rows(mine), low[mine], kept[mine])
     again = np.flatnonzero(left).tolist()
-    for i, way in zip(again, _looked_at(checker, context, [ways[i] for i in again], room, least), strict=True):
-        out[i] = way
+    for i, path in zip(again, _looked_at(checker, context, [paths[i] for i in again], room, least), strict=True):
+        out[i] = path
     return out
 
 
@@ -146,21 +146,21 @@ def _near_ends(of: Ints) -> Ints:
 
 
 def _looked_at(
-    checker: Checker, context: Context, ways: Sequence[tuple[Floats, int]], room: float, least: float
+    checker: Checker, context: Context, paths: Sequence[tuple[Floats, int]], room: float, least: float
 ) -> list[TravelPath | None]:
     """The same, all of whose samples are checked."""
-    if not ways:
+    if not paths:
         return []
-    of = np.repeat(np.arange(len(ways)), [len(q) for q, _ in ways])
-    q, laid = np.concatenate([q for q, _ in ways]), np.array([deposits_laid for _, deposits_laid in ways])[of]
+    of = np.repeat(np.arange(len(paths)), [len(q) for q, _ in paths])
+    q, laid = np.concatenate([q for q, _ in paths]), np.array([deposits_laid for _, deposits_laid in paths])[of]
     found = checker.clearances(q, laid)
-    good = np.ones(len(ways), dtype=bool)
+    good = np.ones(len(paths), dtype=bool)
     good[of[found.distance < room]] = False
     k = np.flatnonzero(good[of])
     if len(k):
         step, _ = unproven_steps(checker, context.radius, q[k], laid[k], found.rows(k), of[k], least=least)
         good[of[k[step]]] = False
-    radius, every = context.radius, [np.flatnonzero(of == i) for i in range(len(ways))]
+    radius, every = context.radius, [np.flatnonzero(of == i) for i in range(len(paths))]
     return [TravelPath.of(checker, radius, q[k], found.rows(k)) if good[of[k[0]]] else None for k in every]
 
 
@@ -172,11 +172,11 @@ def _wire_clear(context: Context, routes: Sequence[_Route]) -> list[bool]:
     out = [False] * len(routes)
     found = _kept(wire, context, [(r.q[r.across], r.deposits_laid) for r in routes], WIRE_ROOM, 0.0)
     free, known = [], []
-    for n, (route, way) in enumerate(zip(routes, found, strict=True)):
-        if way is None:
+    for n, (route, path) in enumerate(zip(routes, found, strict=True)):
+        if path is None:
             continue
         low, kept = np.full(len(route.q), np.inf), np.full(len(route.q), -np.inf)
-        low[route.across], kept[route.across] = way.low, way.kept
+        low[route.across], kept[route.across] = path.low, path.kept
         free.append(n)
         known.append((route.q, replace(Clearances.none(len(low)), distance=low), kept, route.deposits_laid))
     for n, is_free in zip(free, free_travels(wire, context, known, 0.0), strict=True):

@@ -49,27 +49,27 @@ class AskedTravel:
     """A travel whose rows are to be timed.
 
     Attributes:
-        way: its rows, from the last of a bead or from rest to the first of the next, (m, j), rad.
+        path: its rows, from the last of a bead or from rest to the first of the next, (m, j), rad.
         leads_to: target.
         wait: in which the arm stands once it is drawn back, s.
         begins: whether the motion begins with it: its first row is its own then, as with
         ends: its last, where the motion ends with it.
     """
 
-    way: Floats
+    path: Floats
     leads_to: int
     wait: float = 0.0
     begins: bool = False
     ends: bool = False
 
     def __post_init__(self) -> None:
-        way = self.way
-        moves = np.abs(np.diff(way, axis=0)).max(axis=1) > NO_MOVE
+        path = self.path
+        moves = np.abs(np.diff(path, axis=0)).max(axis=1) > NO_MOVE
         moves[-1] |= not moves.any()
-        way = np.concatenate([way[:1], way[1:-1][moves[:-1]], way[-1:]])
-        if len(way) == 2:
-            way = np.insert(way, 1, way.mean(axis=0), axis=0)  # a row with the arc off
-        object.__setattr__(self, "way", way)
+        path = np.concatenate([path[:1], path[1:-1][moves[:-1]], path[-1:]])
+        if len(path) == 2:
+            path = np.insert(path, 1, path.mean(axis=0), axis=0)  # a row with the arc off
+        object.__setattr__(self, "path", path)
 
 
 def timed_travels(job: Job, asked: Sequence[AskedTravel]) -> list[tuple[TimedRows, float]]:
@@ -85,40 +85,40 @@ def timed_travels(job: Job, asked: Sequence[AskedTravel]) -> list[tuple[TimedRow
     """
     if not asked:
         return []
-    places = on_the_part(job, np.concatenate([one.way for one in asked]))
-    places_of = np.split(places, np.cumsum([len(one.way) for one in asked])[:-1])
+    places = on_the_part(job, np.concatenate([one.path for one in asked]))
+    places_of = np.split(places, np.cumsum([len(one.path) for one in asked])[:-1])
     stops: list[int | None] = []
     rows: list[TravelRows] = []
     for one, p in zip(asked, places_of, strict=True):
-        cap = _near_the_part(job, one.way, p, leaves=not one.begins, arrives=not one.ends)
+        cap = _near_the_part(job, one.path, p, leaves=not one.begins, arrives=not one.ends)
         stop = retracted(job, p) if one.wait > 0 else None
         stops.append(stop)
         if stop is None:
-            rows.append(TravelRows(one.way, cap))
+            rows.append(TravelRows(one.path, cap))
         else:
-            rows += [TravelRows(one.way[: stop + 1], cap[:stop]), TravelRows(one.way[stop:], cap[stop:])]
-    times = iter(time_travels(rows, *limits_of(job, asked[0].way)))
+            rows += [TravelRows(one.path[: stop + 1], cap[:stop]), TravelRows(one.path[stop:], cap[stop:])]
+    times = iter(time_travels(rows, *limits_of(job, asked[0].path)))
     out: list[tuple[TimedRows, float]] = []
     for one, stop in zip(asked, stops, strict=True):
-        way, dt = one.way, next(times)
+        path, dt = one.path, next(times)
         if stop is not None:
-            way, dt = np.insert(way, stop, way[stop], axis=0), np.concatenate([dt, [one.wait], next(times)])
+            path, dt = np.insert(path, stop, path[stop], axis=0), np.concatenate([dt, [one.wait], next(times)])
         if one.begins:
-            way, dt = np.concatenate([way[:1], way]), np.concatenate([[0.0], dt])
+            path, dt = np.concatenate([path[:1], path]), np.concatenate([[0.0], dt])
         if one.ends:
-            way, dt = np.concatenate([way, way[-1:]]), np.concatenate([dt, [0.0]])
-        out.append((TimedRows(way[1:-1], dt[:-1], 0, np.full(len(way) - 2, one.leads_to)), float(dt[-1])))
+            path, dt = np.concatenate([path, path[-1:]]), np.concatenate([dt, [0.0]])
+        out.append((TimedRows(path[1:-1], dt[:-1], 0, np.full(len(path) - 2, one.leads_to)), float(dt[-1])))
     return out
 
 
-def _near_the_part(job: Job, way: Floats, p: Floats, *, leaves: bool, arrives: bool) -> Floats:
+def _near_the_part(job: Job, path: Floats, p: Floats, *, leaves: bool, arrives: bool) -> Floats:
     """Caps on the joints' speed where a travel retracts and approaches at the speed of the TCP asked for, (m - 1,)."""
     process = job.case.process
     near = process.retract_mm * METRES_PER_MM + NO_MOVE
     leaving = np.logical_and.accumulate(np.linalg.norm(p[1:] - p[0], axis=1) <= near)
     arriving = np.logical_and.accumulate(np.linalg.norm(p[:-1] - p[-1], axis=1)[::-1] <= near)[::-1]
     step = np.maximum(np.linalg.norm(np.diff(p, axis=0), axis=1), NO_MOVE)
-    speed = process.travel_speed_mm_s * METRES_PER_MM * np.linalg.norm(np.diff(way, axis=0), axis=1) / step
+    speed = process.travel_speed_mm_s * METRES_PER_MM * np.linalg.norm(np.diff(path, axis=0), axis=1) / step
     return np.where((leaving & leaves) | (arriving & arrives), np.maximum(speed, NO_MOVE), np.inf)
 
 

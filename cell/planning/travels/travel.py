@@ -87,9 +87,9 @@ def travel(context: Context, end: Stretch | None, start: Stretch | None, deposit
     return _TravelSearch(context, end, start, deposits_laid).search()
 
 
-def turned_to_travel_end(start: Stretch, way: TravelPath) -> Stretch:
+def turned_to_travel_end(start: Stretch, path: TravelPath) -> Stretch:
     """A stretch as it is run after a travel: turned by the whole turns that the travel ends off its beginning."""
-    turn = (way[0][-1] - start.axes[0])[: start.q.shape[1]]
+    turn = (path[0][-1] - start.axes[0])[: start.q.shape[1]]
     if not turn.any():
         return start
     return replace(start, q_targets=start.q_targets + turn, q=start.q + turn)
@@ -101,16 +101,16 @@ def can_leave(context: Context, end: Stretch, deposits_laid: int) -> bool:
     return leg.failure is None and isinstance(_collision(context, leg.q, deposits_laid), Clearances)
 
 
-def straight_retract(context: Context, way: TravelPath, stretch: Stretch, at: int) -> float:
+def straight_retract(context: Context, path: TravelPath, stretch: Stretch, at: int) -> float:
     """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
-    return straight_retracts(context, [(way, stretch, at)])[0]
+    return straight_retracts(context, [(path, stretch, at)])[0]
 
 
 def straight_retracts(context: Context, ends: Sequence[tuple[TravelPath, Stretch, int]]) -> list[float]:
     """The same of many travels."""
     if not ends:
         return []
-    rows = [way[0][::-1] if at == 0 else way[0] for way, _, at in ends]
+    rows = [path[0][::-1] if at == 0 else path[0] for path, _, at in ends]
     chain = context.solver.chain
     points = chain.forward(np.concatenate(rows)[:, : chain.n])[:, :3, 3]
     out: list[float] = []
@@ -134,7 +134,7 @@ class _TravelSearch:
         self.wire = context.wire
 
     def search(self) -> TravelPath | Failure:
-        """The first way that is free with room, of ever costlier ones; without room, the one that has most of it."""
+        """The first free path with enough room, cheap ones first; if none has enough, the one with most room."""
         clearest: TravelPath | None = None
         leaves: list[Leg] = []
         arrives: list[Leg] = []
@@ -146,11 +146,11 @@ class _TravelSearch:
             if leave.failure or arrive.failure:
                 self.failure = self.failure or leave.failure or arrive.failure
                 continue
-            way = self._straight(leave.q, arrive.q)
-            if way is None:
+            path = self._straight(leave.q, arrive.q)
+            if path is None:
                 continue
-            if clearest is None or _room(way) > _room(clearest) + WORTH:
-                clearest = way
+            if clearest is None or _room(path) > _room(clearest) + WORTH:
+                clearest = path
             if _room(clearest) >= 2 * self.context.settings.clearance:
                 break
         if clearest is not None:
@@ -162,9 +162,9 @@ class _TravelSearch:
         cut = len(out[0]) < len(leaves[0].q) or len(back[0]) < len(arrives[0].q)
         if cut or leaves[0].failure or arrives[0].failure:
             for shorter in zip(out, back, strict=False):  # of which none has been tried
-                way = self._straight(*shorter)
-                if way is not None:
-                    return way
+                path = self._straight(*shorter)
+                if path is not None:
+                    return path
         turns = [np.zeros(out[0].shape[1])]
         if self.end is not None and self.start is not None:
             turns = _turns(self.context, self.start, back)
@@ -258,16 +258,16 @@ class _TravelSearch:
         for turn, step in enumerate(SEARCH_STEPS):
             edges = FreeMoves(context, self.deposits_laid, float(step), self.wire)
             found = connect(space, trees, edges, context.settings.travel_attempts, SEED + turn)
-            if found.way is None:
+            if found.path is None:
                 shut_in = "leaving" if found.sizes[0] <= found.sizes[1] else "arriving"
                 return _with(self._met(edges.met()), attempts=context.settings.travel_attempts, shut_in=shut_in)
-            short = with_shortcuts(space, found.way, edges, SHORTCUTS, SEED + turn)
+            short = with_shortcuts(space, found.path, edges, SHORTCUTS, SEED + turn)
             leave = leaves[int(np.argmin(np.abs(starts - short[0]).max(axis=1)))]
             arrive = arrives[int(np.argmin(np.abs(goals - short[-1]).max(axis=1)))]
-            for across in (with_round_corners(short, edges), short, found.way):
-                way = self._checked(leave, across, arrive)
-                if way is not None:
-                    return way
+            for across in (with_round_corners(short, edges), short, found.path):
+                path = self._checked(leave, across, arrive)
+                if path is not None:
+                    return path
         return self._failed()
 
     def _met(self, met: Failure | None) -> Failure:
@@ -297,9 +297,9 @@ def _with(failure: Failure, *, shut_in: str, attempts: int | None = None) -> Fai
     return replace(failure, effort=effort if attempts is None else replace(effort, attempts=attempts))
 
 
-def _room(way: TravelPath) -> float:
+def _room(path: TravelPath) -> float:
     """The least clearance on a travel, m."""
-    return float(way.clearances.distance.min())
+    return float(path.clearances.distance.min())
 
 
 def _collision(context: Context, q: Floats, deposits_laid: int) -> Clearances | Failure:

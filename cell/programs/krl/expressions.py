@@ -102,7 +102,7 @@ class Cursor:
         return token
 
     def take(self, *texts: str) -> str | None:
-        """One of these words or signs, and on; None where another stands there."""
+        """Take one of these words or signs; None where the next one is another."""
         if self.token.kind in ("name", "op") and self.token.text in texts:
             return self.next().text
         return None
@@ -253,7 +253,7 @@ def _aggregate(cursor: Cursor) -> Aggregate:
 
 
 def arguments(cursor: Cursor) -> tuple[Expression | None, ...]:
-    """What stands between the parentheses of a call, the first of which is taken already.
+    """The arguments of a call, whose opening parenthesis is taken already.
 
     Raises:
         InputError: it cannot be read.

@@ -11,7 +11,7 @@ shorter way and in proportion to the length gone (KUKA: $ORI_TYPE = #VAR; of a c
 point's orientation left out). The maker's own rule is not public. Whatever it is, the TCP, which is the wire's tip,
 stays on the line; and a rule under which the orientation is never further from either end than the ends are from one
 another differs from this one by that angle at most. So the greatest turn between two points of a program bounds what
-the assumption can change, and it is told.
+the assumption can change, and it is reported.
 """
 
 from __future__ import annotations

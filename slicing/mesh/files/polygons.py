@@ -19,7 +19,7 @@ from ...warning import Code, Warning
 
 FLAT_SHARE = 1e-9  # of a polygon's doubled area: a fan's triangle must look its way by more
 SAME_AREA = 1e-6  # share by which the triangles of a polygon may differ from it
-WARPED_SHARE = 1e-3  # of its extent: a corner farther off a polygon's plane is told of
+WARPED_SHARE = 1e-3  # of its extent: a corner farther off a polygon's plane is reported
 
 
 @dataclass(frozen=True, eq=False)

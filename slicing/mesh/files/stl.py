@@ -4,7 +4,7 @@
     found.vertices, found.faces, found.lines
 
 Which of the two a file is follows from its bytes, not from its first word: many binary files begin with "solid".
-Bytes after the last triangle that the header counts are told of; a second file put behind the first one is read.
+Bytes after the last triangle that the header counts are reported; a second file put behind the first one is read.
 """
 
 from __future__ import annotations
@@ -84,8 +84,8 @@ def _read_binary(file: Path) -> Triangles:
             Warning(Code.MESH_FILE, f"{file}: {len(parts)} binary STL files one after the other; all were read")
         )
     if at < size:
-        told = f"{size - at:,} bytes after the last triangle were not read: the header does not count them"
-        lines.append(Warning(Code.MESH_FILE, f"{file}: {told}"))
+        detail = f"{size - at:,} bytes after the last triangle were not read: the header does not count them"
+        lines.append(Warning(Code.MESH_FILE, f"{file}: {detail}"))
     return _of_corners(np.concatenate(parts), lines)
 
 

@@ -113,8 +113,8 @@ class _Reader:
             for what, count in sorted(self.left_out.items())
         ]
         if not self.faces:
-            told = "".join(f"; {line.split(': ', 1)[1]}" for line in lines)
-            raise PartError(f"{self.file}: the file builds no triangles; a closed solid is needed{told}")
+            detail = "".join(f"; {line.split(': ', 1)[1]}" for line in lines)
+            raise PartError(f"{self.file}: the file builds no triangles; a closed solid is needed{detail}")
         return Triangles(np.concatenate(self.points), np.concatenate(self.faces), tuple(lines), model.unit)
 
     def _leave_out(self, what: str) -> None:

@@ -18,6 +18,7 @@ from support.paths import ROOT
 from cell.atomic_files import beside
 from cell.cli import main as cli
 from cell.cli.main import main
+from cell.errors import WorkerKilledError
 from cell.printable import printable
 from cell.streams import Stream
 
@@ -95,6 +96,18 @@ def test_an_unexpected_error_is_no_verdict(
     monkeypatch.setenv("RBAM_TRACEBACK", "1")
     assert main(["check"]) == 70
     assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_worker_that_is_killed_is_no_verdict_and_no_fault_of_the_input(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(_: object) -> int:
+        raise WorkerKilledError("a worker process was killed")
+
+    monkeypatch.setitem(cli.COMMANDS, "check", fail)
+    assert main(["check", "--verbose"]) == 70
+    # nothing is to be reported: the program is not at fault either
+    assert capsys.readouterr() == ("", "rbam: a worker process was killed\n")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")

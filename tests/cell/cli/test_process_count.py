@@ -16,7 +16,8 @@ from support.jobs.cases import little_case
 from support.paths import ROOT
 
 from cell.cli.main import main
-from cell.processes.worker_pool import WorkerTraceback, cores
+from cell.processes.work_round import WorkerTraceback
+from cell.processes.worker_pool import cores
 from cell.verdict.result import Result
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
@@ -117,7 +118,7 @@ def children(pid: int) -> list[int]:
 @POSIX
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
-@pytest.mark.parametrize(("program", "least"), [(AS_IT_IS, 2), (SPAWNED, 3)])  # two workers, and multiprocessing's own
+@pytest.mark.parametrize(("program", "least"), [(AS_IT_IS, 1), (SPAWNED, 2)])  # one worker, and multiprocessing's own
 @pytest.mark.parametrize(
     ("number", "code", "told"),
     [
@@ -144,4 +145,25 @@ def test_a_stopped_check_leaves_nothing_behind(
     while any(Path(f"/proc/{pid}").exists() for pid in started):
         assert time.monotonic() < end
         time.sleep(0.05)
+    assert not out.exists()
+
+
+@POSIX
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
+def test_a_worker_that_the_system_kills_is_no_verdict(tmp_path: Path) -> None:
+    out = tmp_path / "out.json"
+    argv = [sys.executable, "-c", AS_IT_IS, "check", str(round_case(tmp_path)), "--jobs", "2", "--json", str(out)]
+    run = subprocess.Popen(argv, cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    end = time.monotonic() + 120
+    while not (started := children(run.pid)):
+        assert run.poll() is None
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    os.kill(started[0], signal.SIGKILL)
+    said, error = run.communicate(timeout=60)
+    assert (run.returncode, said) == (70, "")
+    assert error == (
+        "rbam: a worker process was killed (too little memory?): no verdict; --jobs 1 needs the least memory\n"
+    )
     assert not out.exists()

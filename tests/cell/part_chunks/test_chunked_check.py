@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -43,7 +43,7 @@ def test_a_part_in_one_chunk_is_planned_as_ever(job: Job) -> None:
     shared = Shared.of(job, context_of(job))
     chunks = USUAL.chunks(job.targets, shared.context.span)
     assert len(chunks) == 1
-    plan, other = plan_in_chunks(shared, chunks), plan_part(context_of(job), job.targets.bead)
+    plan, other = plan_in_chunks(shared, chunks).plan, plan_part(context_of(job), job.targets.bead)
     assert len(plan.travels) == len(other.travels) == len(plan.beads) - 1
     for one, two in zip(plan.stretches, other.stretches, strict=True):
         assert (one.q == two.q).all()
@@ -76,9 +76,17 @@ class Posted(WorkerPool):
         """Nobody has to."""
 
     def run(
-        self, function: Any, shared: Any, items: Any, tick: Tick | None = None, sizes: Sequence[float] | None = None
+        self,
+        function: Any,
+        shared: Any,
+        items: Any,
+        tick: Tick | None = None,
+        sizes: Sequence[float] | None = None,
+        meanwhile: Callable[[], object] | None = None,
     ) -> list[Any]:
         there = pickle.loads(pickle.dumps(shared))
+        if meanwhile is not None:
+            meanwhile()
         found = {k: function(there, pickle.loads(pickle.dumps(items[k])), tick or int) for k in range(len(items))[::-1]}
         return [pickle.loads(pickle.dumps(found[k])) for k in range(len(items))]
 

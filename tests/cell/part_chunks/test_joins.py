@@ -12,8 +12,11 @@ from cell.failure import ON_TRAVEL, Failure, Kind
 from cell.job.job import Job
 from cell.part_chunks.chunked_plan import Shared, join_chunks
 from cell.part_chunks.joins import joint_of, turned_to_chunk_before
+from cell.planning.bead_outcome import BeadPlan
 from cell.planning.context import Context
 from cell.planning.part_plan import PartPlan, plan_part
+from cell.planning.travels import home
+from cell.planning.travels.home import FoundHomeTravels, with_home
 
 CUT = 4  # beads of the first chunk
 
@@ -54,7 +57,7 @@ def turned(plan: PartPlan, turn: np.ndarray) -> PartPlan:
 
 
 def test_a_plan_cut_in_two_is_joined_as_it_was(job: Job, context: Context, plan: PartPlan) -> None:
-    assert same(join_chunks(Shared.of(job, context), halves(plan)), plan)
+    assert same(join_chunks(Shared.of(job, context), halves(plan)).plan, plan)
 
 
 def test_a_chunk_a_whole_turn_off_is_turned_back(job: Job, context: Context, plan: PartPlan) -> None:
@@ -70,7 +73,7 @@ def test_a_chunk_a_whole_turn_off_is_turned_back(job: Job, context: Context, pla
         np.testing.assert_allclose(one.q_targets, other.q_targets, atol=1e-12)
     for way, way_other in zip(back.travels, b.travels, strict=True):
         np.testing.assert_allclose(way.q, way_other.q, atol=1e-12)
-    joined = join_chunks(Shared.of(job, context), [a, off])
+    joined = join_chunks(Shared.of(job, context), [a, off]).plan
     assert np.abs(joined.travels[CUT - 1].q - plan.travels[CUT - 1].q).max() < 1e-9
     # no joint is turned out of its limits
     chain = context.solver.chain
@@ -97,7 +100,7 @@ def test_what_cannot_be_left_is_stuck_and_the_bead_stays(job: Job, context: Cont
     assert isinstance(joint.way, Failure)
     assert joint.bead is None
     beads = (*a.beads[:-1], replace(a.beads[-1], stretches=(buried,)))
-    found = join_chunks(Shared.of(job, few), [replace(a, beads=beads), b])
+    found = join_chunks(Shared.of(job, few), [replace(a, beads=beads), b]).plan
     assert list(found.travel_failures) == [b.beads[0].first]
     assert found.travel_failures[b.beads[0].first].place.from_target == a.beads[-1].stop - 1
     assert len(found.travels) == len(plan.travels) - 1
@@ -107,11 +110,45 @@ def test_a_travel_that_few_attempts_did_not_find_is_searched_again(job: Job, con
     a, b = halves(plan)
     travel_failures = {bead.first: Failure(Kind.COLLISION, place=ON_TRAVEL) for bead in (b.beads[2], b.beads[4])}
     travels = tuple(way for k, way in enumerate(b.travels) if k not in (1, 3))
-    found = join_chunks(Shared.of(job, context), [a, PartPlan(b.beads, travels, travel_failures)])
+    found = join_chunks(Shared.of(job, context), [a, PartPlan(b.beads, travels, travel_failures)]).plan
     assert not found.travel_failures
     assert same(found, plan)
     # not where a bead is lost: there it helps nobody
     lost = replace(a.beads[0], open=frozenset([a.beads[0].first]))
     some = PartPlan((lost, *a.beads[1:]), a.travels, {})
-    left = join_chunks(Shared.of(job, context), [some, PartPlan(b.beads, travels, travel_failures)])
+    left = join_chunks(Shared.of(job, context), [some, PartPlan(b.beads, travels, travel_failures)]).plan
     assert left.travel_failures == travel_failures
+
+
+def test_ways_home_are_found_with_the_joints_and_count_for_the_beads_they_were_found_for(
+    job: Job, context: Context, plan: PartPlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    joined = join_chunks(Shared.of(job, context), halves(plan))
+    assert joined.home is not None
+    apart = with_home(context, plan)[1]
+    searched: list[int] = []
+    search = home.search_home_travels
+
+    def counted(context: Context, first: BeadPlan, last: BeadPlan) -> FoundHomeTravels:
+        searched.append(last.first)
+        return search(context, first, last)
+
+    monkeypatch.setattr(home, "search_home_travels", counted)
+    found = with_home(context, joined.plan, joined.home)[1]
+    assert not searched
+    assert found is not None
+    assert apart is not None
+    for way, other in ((found.out, apart.out), (found.back, apart.back)):
+        assert way is not None
+        assert other is not None
+        assert np.array_equal(way.q, other.q)
+    # another last bead, though it is like it, or a part that is not whole: they are searched
+    beads = joined.plan.beads
+    others = replace(joined.plan, beads=(*beads[:-1], replace(beads[-1])))
+    with_home(context, others, joined.home)
+    lost = replace(beads[1], open=frozenset([beads[1].first]))
+    with_home(context, replace(joined.plan, beads=(beads[0], lost, *beads[2:])), joined.home)
+    assert searched == [beads[-1].first] * 2
+    # of a part that is lost they are not looked for with the joints
+    a, b = halves(plan)
+    assert join_chunks(Shared.of(job, context), [replace(a, beads=(a.beads[0], lost, *a.beads[2:])), b]).home is None

@@ -15,7 +15,7 @@ from cell.planning.collision_free_rolls import (
     _may_hide,
     _open_between,
     _spread,
-    configuration_between,
+    roll_between_samples,
 )
 from cell.planning.configurations import nodes_at_rolls
 from cell.planning.context import Context, settings_of
@@ -34,7 +34,7 @@ def test_a_roll_is_called_reached_alone_only_where_nothing_is_in_the_way(make_ca
     nodes = nodes_at_rolls(job.solver, placed.rows(slice(0, 1)), job.window, settings.roll_step, context.limits)
     T = placed.Ts_base_target[0]
     roll = float(certify(job.solver.chain, T[None], job.window, context.limits, job.solver.form).roll[0])
-    hint = configuration_between(context, nodes, T, int(job.deposits_before[0]), roll)
+    hint = roll_between_samples(context, nodes, T, int(job.deposits_before[0]), roll)
     if blocked:
         assert hint.collision.measure < 5
         assert abs(hint.roll_deg - np.rad2deg(roll)) < 6.001

@@ -124,7 +124,7 @@ def test_a_killed_worker_is_one_line_and_the_log_keeps_what_was_done(
     argv = ["sweep", str(path), "--e1", "0:45:45", "--e2", "0", "--out", str(log)]
     with monkeypatch.context() as patch:
         patch.setattr(module, "_outcomes", dies)
-        assert main(argv) == 2
+        assert main(argv) == 70
     error = capsys.readouterr().err
     assert "killed" in error
     assert "after 1 of 2 poses" in error

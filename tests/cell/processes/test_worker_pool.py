@@ -25,11 +25,12 @@ import pytest
 from support.paths import ROOT
 
 from cell.case.read import load_case
-from cell.errors import InputError
+from cell.errors import InputError, WorkerKilledError
 from cell.job.job import prepare
 from cell.processes.own_process import ENDING, at_rest, may_fork
+from cell.processes.work_round import WorkerTraceback, WorkRound
 from cell.processes.worker import Tick, _heard
-from cell.processes.worker_pool import WorkerPool, WorkerTraceback, cores, pool, processor_time, working
+from cell.processes.worker_pool import WorkerPool, cores, pool, processor_time, working
 from cell.progress import phase, watched
 from cell.shipped import DEFAULT_CASE
 from cell.termination import Terminated, terminable
@@ -69,8 +70,9 @@ def powered(shared: float, item: int, tick: Tick) -> tuple[int, float]:
     return os.getpid(), shared**item
 
 
-def knows(shared: str, _: int, __: Tick) -> tuple[int, bool]:
+def knows(shared: str, item: float, __: Tick) -> tuple[int, bool]:
     """Who computes, and whether a module was imported there."""
+    time.sleep(item)
     return os.getpid(), shared in sys.modules
 
 
@@ -82,12 +84,20 @@ def stands_still(shared: float, item: float, _: Tick) -> int:
 
 def fails(shared: None, item: int, _: Tick) -> int:
     """The later the sooner: what is handed out last fails first."""
-    time.sleep(0.3 if item == 1 else 0.0)
+    time.sleep(0.3 if item <= 1 else 0.0)
     if item == 1:
         raise InputError("the first that fails")
     if item > 1:
         raise ValueError(f"item {item}")
     return item
+
+
+def fails_in_one(shared: tuple[int, bool], item: float, _: Tick) -> None:
+    """In the process that shares the work out, or in the others; those that do not fail take a while."""
+    parent, here = shared
+    if (os.getpid() == parent) == here:
+        raise InputError("it fails")
+    time.sleep(item)
 
 
 class Stubborn(Exception):
@@ -97,16 +107,21 @@ class Stubborn(Exception):
         super().__init__(f"{a} and {b}")
 
 
-def fails_oddly(shared: None, item: int, _: Tick) -> None:
-    """With an error that cannot be sent."""
-    raise Stubborn(1, 2)
+def fails_oddly(shared: int, item: float, _: Tick) -> None:
+    """With an error that cannot be sent; in workers alone."""
+    if os.getpid() != shared:
+        raise Stubborn(1, 2)
+    time.sleep(item)
 
 
-def ends_itself(shared: None, item: int, _: Tick) -> None:
-    """By a signal."""
-    faulthandler.disable()  # a copy has pytest's, which would tell of it
-    os.kill(os.getpid(), item)
-    time.sleep(60)
+def ends_itself(shared: int, item: int, tick: Tick) -> None:
+    """By a signal, in workers alone; who shares the work out is at its item for long."""
+    if os.getpid() != shared:
+        faulthandler.disable()  # a copy has pytest's, which would tell of it
+        os.kill(os.getpid(), item)
+    for _ in range(600):
+        time.sleep(0.1)
+        tick()
 
 
 def gone(pids: list[int]) -> bool:
@@ -114,8 +129,9 @@ def gone(pids: list[int]) -> bool:
     return not {child.pid for child in multiprocessing.active_children()} & set(pids)
 
 
-def spins(shared: None, item: float, _: Tick) -> float:
+def spins(shared: Any, item: float, _: Tick) -> float:
     """Takes processor time."""
+    item = item[os.getpid() == shared] if isinstance(item, tuple) else item
     end = time.process_time() + item
     while time.process_time() < end:
         pass
@@ -155,26 +171,72 @@ def test_results_come_in_order_whoever_has_them(two: WorkerPool) -> None:
     assert len(steps) == sum(items)
     pids = set(two.run(stands_still, 0.0, [0.2] * 4))
     assert len(pids) == 2
-    assert os.getpid() not in pids
+    assert os.getpid() in pids
     # what is shared is what was given last, not what was sent first
     shared = np.arange(3.0)
     assert [float(v.sum()) for _, v in two.run(powered, shared, [1, 2])] == [3.0, 5.0]
 
 
 @pytest.mark.slow
+def test_no_worker_waits_for_an_item_that_is_done_here(two: WorkerPool) -> None:
+    two.run(stands_still, 0.0, [0.0] * 2)
+    found = two.run(waits_here, os.getpid(), [2.0] + [0.01] * 8)
+    assert found.count(os.getpid()) <= 2  # one took two seconds, in which all others were done
+
+
+@pytest.mark.slow
+def test_what_is_done_meanwhile_is_done_here_and_once(two: WorkerPool) -> None:
+    for mine, items in ((two, [1, 2]), (two, [1]), (WorkerPool(1), [1, 2])):
+        done: list[tuple[int, threading.Thread]] = []
+        found = mine.run(
+            powered, 2.0, items, meanwhile=lambda done=done: done.append((os.getpid(), threading.current_thread()))
+        )
+        assert [value for _, value in found] == [2.0**item for item in items]
+        assert done == [(os.getpid(), threading.main_thread())]
+    # workers do not wait for it
+    pids = two.run(stands_still, 0.0, [0.0] * 4, meanwhile=lambda: time.sleep(1.0))
+    assert os.getpid() not in pids
+
+
+def waits_here(shared: int, item: float, _: Tick) -> int:
+    """Takes two seconds in the process that shares the work out."""
+    time.sleep(2.0 if os.getpid() == shared else item / 10)
+    return os.getpid()
+
+
+@pytest.mark.slow
+def test_steps_are_told_where_they_are_asked_for_and_nobody_listens_longer_than_a_round(two: WorkerPool) -> None:
+    told: list[threading.Thread] = []
+    found = two.run(powered, 1.0, [200] * 8, lambda: told.append(threading.current_thread()))
+    assert len({pid for pid, _ in found}) == 2
+    assert told == [threading.current_thread()] * 1600
+    assert not [thread for thread in threading.enumerate() if thread.name == "listens to workers"]
+
+
+@pytest.mark.slow
 def test_the_first_item_that_fails_is_told(two: WorkerPool) -> None:
-    with pytest.raises(InputError, match="the first that fails") as found:
+    with pytest.raises(InputError, match="the first that fails"):
         two.run(fails, None, [0, 1, 2, 3, 4])
-    cause = found.value.__cause__
-    assert isinstance(cause, WorkerTraceback)
-    assert "in fails" in str(cause)
-    assert cause.place.startswith("processes/test_worker_pool.py:")
     # also where what fails first is handed out first
     with pytest.raises(InputError, match="the first that fails"):
         two.run(fails, None, [0, 1, 2, 3, 4], sizes=[0, 1, 2, 3, 4])
     with pytest.raises(RuntimeError, match="Stubborn: 1 and 2"):
-        two.run(fails_oddly, None, [0, 1])
+        two.run(fails_oddly, os.getpid(), [0.5, 0.5])
     assert [value for _, value in two.run(powered, 2.0, [1, 2])] == [2.0, 4.0]  # the workers go on
+
+
+@pytest.mark.slow
+def test_an_error_tells_its_place_wherever_it_came_up(two: WorkerPool) -> None:
+    with pytest.raises(InputError, match="it fails") as found:
+        two.run(fails_in_one, (os.getpid(), False), [0.5, 0.5])
+    cause = found.value.__cause__
+    assert isinstance(cause, WorkerTraceback)
+    assert "in fails_in_one" in str(cause)
+    assert cause.place.startswith("processes/test_worker_pool.py:")
+    with pytest.raises(InputError, match="it fails") as found:
+        two.run(fails_in_one, (os.getpid(), True), [0.5, 0.5])
+    assert found.value.__cause__ is None
+    assert found.traceback[-1].name == "fails_in_one"
 
 
 @pytest.mark.slow
@@ -182,23 +244,27 @@ def test_what_takes_longest_is_handed_out_first_and_of_what_takes_as_long_the_la
     two: WorkerPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sent: list[int] = []
-    send = two.send
+    take = WorkRound._next
 
-    def noted(worker: Any, index: int, *call: Any) -> None:
-        sent.append(index)
-        send(worker, index, *call)
+    def noted(self: WorkRound) -> int | None:
+        index = take(self)
+        if index is not None:
+            sent.append(index)
+        return index
 
-    monkeypatch.setattr(two, "send", noted)
+    monkeypatch.setattr(WorkRound, "_next", noted)
     found = two.run(powered, 2.0, [0, 1, 2, 3, 4, 5], sizes=[1, 3, 2, 3, 4, 1])
     assert sent == [4, 3, 1, 2, 5, 0]
     assert [value for _, value in found] == [1.0, 2.0, 4.0, 8.0, 16.0, 32.0]
 
 
-def told_of(shared: Any, item: int, _: Tick) -> tuple[int, bool, bool]:
-    """Who is at work in a worker, and how it ends on a signal."""
+def told_of(shared: int, item: float, _: Tick) -> tuple[bool, int, bool, bool]:
+    """Who does an item, who is at work there, and how it ends on a signal."""
     phase("in a worker")(int)()
+    time.sleep(item)
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ())
-    return pool().processes, blocked.isdisjoint(ENDING), all(signal.getsignal(k) == signal.SIG_DFL for k in ENDING)
+    default = all(signal.getsignal(k) == signal.SIG_DFL for k in ENDING)
+    return os.getpid() == shared, pool().processes, blocked.isdisjoint(ENDING), default
 
 
 class Nobody:
@@ -209,9 +275,13 @@ class Nobody:
 
 
 @POSIX
-def test_nothing_of_the_parent_goes_on_in_a_worker() -> None:
+def test_nothing_that_goes_on_around_a_round_goes_on_in_an_item() -> None:
     with terminable(), watched(Nobody()), working(2) as mine:
-        assert mine.run(told_of, None, [0, 1]) == [(1, True, True)] * 2
+        mine.run(powered, 2.0, [1, 1])
+        found = mine.run(told_of, os.getpid(), [0.5, 0.5])
+        # in a worker signals end the process; in this one they are heard as they were
+        assert sorted(found) == [(False, 1, True, True), (True, 1, True, False)]
+        assert pool() is mine
 
 
 def called(shared: Any, item: float, _: Tick) -> float:
@@ -231,7 +301,7 @@ def test_a_copy_has_what_is_shared_from_the_beginning(how: str) -> None:
         assert not mine.workers()
         double = lambda x: 2 * x  # noqa: E731 (cannot be sent)
         mine.get_ready(double, 2)
-        assert len(mine.workers()) == 2
+        assert len(mine.workers()) == 1
         assert mine.run(called, double, [1.0, 2.0]) == [2.0, 4.0]
         assert mine.run(called, np.sqrt, [4.0, 9.0]) == [2.0, 3.0]
 
@@ -275,10 +345,14 @@ def busy_outside_of_python() -> None:
 def test_the_time_of_workers_counts(two: WorkerPool) -> None:
     two.run(stands_still, 0.0, [0.3] * 2)  # what their start takes counts with the first
     before, here, busiest = processor_time(), time.process_time(), two.busiest
-    two.run(spins, None, [0.2, 0.2, 0.2])
-    spent = processor_time() - before
-    assert spent - (time.process_time() - here) == pytest.approx(0.6, abs=0.1)
-    assert two.busiest - busiest == pytest.approx(0.4, abs=0.1)
+    two.run(spins, os.getpid(), [(0.5, 0.1)] * 2)  # in the worker, and here
+    spent, here = processor_time() - before, time.process_time() - here
+    assert spent == pytest.approx(0.6, abs=0.1)
+    # on the critical path is what the worker had more to do than this process
+    assert two.busiest - busiest + here == pytest.approx(0.5, abs=0.1)
+    busiest = two.busiest
+    two.run(spins, os.getpid(), [(0.1, 0.5)] * 2)
+    assert two.busiest == busiest
 
 
 @POSIX
@@ -286,23 +360,23 @@ def test_the_time_of_workers_counts(two: WorkerPool) -> None:
 @pytest.mark.parametrize(
     ("number", "error", "text"),
     [
-        (signal.SIGKILL, InputError, "a worker process was killed .too little memory.*--jobs 1"),
+        (signal.SIGKILL, WorkerKilledError, "a worker process was killed .too little memory.*--jobs 1"),
         (signal.SIGSEGV, RuntimeError, "a worker process is gone .exit code -11"),
     ],
 )
 def test_a_killed_worker_is_one_line_and_a_broken_one_an_error_of_the_program(
     number: int, error: type[Exception], text: str
 ) -> None:
-    pids: list[int] = []
-
-    def work() -> None:
-        with working(2) as mine:
-            pids.extend(pid for pid, _ in mine.run(powered, 2.0, [1, 1]))
-            mine.run(ends_itself, None, [number, number])
-
-    with pytest.raises(error, match=text):
-        work()
-    assert gone(pids)
+    begun = time.monotonic()
+    with working(2) as mine:
+        mine.run(powered, 2.0, [1, 1])
+        (worker,) = mine.workers()
+        with pytest.raises(error, match=text):
+            mine.run(ends_itself, os.getpid(), [number, number])
+        assert time.monotonic() - begun < 30.0  # the item that is done here is not waited for
+        assert gone([worker.process.pid or 0])
+        # whoever goes on has others
+        assert [value for _, value in mine.run(powered, 2.0, [1, 2])] == [2.0, 4.0]
 
 
 @POSIX
@@ -324,8 +398,34 @@ def test_whoever_stops_leaves_nobody_behind(why: BaseException) -> None:
     with pytest.raises(type(why)):
         work()
     assert time.monotonic() - begun < 30.0
-    assert len(pids) == 2
+    assert len(pids) == 1
     assert gone(pids)
+
+
+@POSIX
+@pytest.mark.slow
+def test_a_signal_is_heard_at_once_while_only_workers_are_at_something(two: WorkerPool) -> None:
+    """Whichever thread it goes to."""
+    before = signal.signal(signal.SIGUSR1, stop_here)
+    begun = time.monotonic()
+    try:
+        threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGUSR1)).start()
+        with pytest.raises(KeyboardInterrupt):
+            two.run(stands_still_there, os.getpid(), [60.0, 60.0])
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    assert time.monotonic() - begun < 30.0
+    assert not two.workers()
+
+
+def stop_here(*_: Any) -> None:
+    """As Ctrl-C does."""
+    raise KeyboardInterrupt
+
+
+def stands_still_there(shared: int, item: float, _: Tick) -> None:
+    """In a worker."""
+    time.sleep(0.0 if os.getpid() == shared else item)
 
 
 def long_after_a_tick(shared: None, item: float, tick: Tick) -> None:
@@ -353,12 +453,13 @@ def test_workers_that_begin_early_import_what_they_will_need(how: str) -> None:
     with working(2) as mine:
         mine.begin(3, "this")
         early = [worker.process.pid for worker in mine.workers()]
-        assert len(early) == 2
-        found = mine.run(knows, "this", [0, 1, 2])
-        assert {pid for pid, _ in found} <= set(early)
-        assert all(imported for _, imported in found)
+        assert len(early) == 1
+        there = dict(mine.run(knows, "this", [0.5, 0.5, 0.5]))
+        assert there.keys() == {*early, os.getpid()}
+        assert there[early[0] or 0]
     with working(2) as mine:
-        assert not any(imported for _, imported in mine.run(knows, "this", [0, 1]))
+        there = dict(mine.run(knows, "this", [3.0, 3.0]))
+        assert not there[next(pid for pid in there if pid != os.getpid())]
     with working(2) as mine:
         mine.begin(1, "this")
         assert not mine.workers()

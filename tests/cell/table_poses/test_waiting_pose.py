@@ -16,7 +16,7 @@ def way(least: float) -> CheckedTravel:
 
 
 def end(least: float) -> Any:
-    return SimpleNamespace(least=least, ends=SimpleNamespace(ways=SimpleNamespace(back=(), out=())))
+    return SimpleNamespace(least=least, ends=SimpleNamespace(paths=SimpleNamespace(back=(), out=())))
 
 
 @pytest.mark.parametrize(

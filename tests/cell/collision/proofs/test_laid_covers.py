@@ -95,8 +95,7 @@ def test_a_part_of_thousands_of_layers_has_its_cover_at_once():
     many = LaidCovers.__new__(LaidCovers)
     many._first, many._stages, many._begins, many._made = 0, layers + 1, [0], {}
     many._laid = [[np.array([n]) if n % 3 == 0 else np.array([], dtype=int) for n in range(layers + 1)]]
-    many._shape_of = lambda g: ConvexShape(corners + np.array([0.0, 0.0, 0.001 * g]), 0.0, UP, 0.0)
-    tall = many.shape(layers)
+    tall = many.shape(layers, lambda g: ConvexShape(corners + np.array([0.0, 0.0, 0.001 * g]), 0.0, UP, 0.0))
     assert tall.support(UP) == pytest.approx(0.001 * (layers // 3 * 3 + 1), rel=2e-3)
     assert tall.support(-UP) == pytest.approx(0.0, abs=5e-3)
 

@@ -31,27 +31,27 @@ def ends():
 def test_a_hole_in_a_wall_is_found_and_every_edge_is_free():
     free = slab(0.3)
     found = connect(SPACE, ends(), free, 6000, 1)
-    assert np.array_equal(found.way[0], ends().starts[0])
-    assert np.array_equal(found.way[-1], ends().goals[0])
-    assert (free(found.way[:-1], found.way[1:]) == 1).all()
-    assert (np.abs(found.way) <= 1).all()
+    assert np.array_equal(found.path[0], ends().starts[0])
+    assert np.array_equal(found.path[-1], ends().goals[0])
+    assert (free(found.path[:-1], found.path[1:]) == 1).all()
+    assert (np.abs(found.path) <= 1).all()
 
 
 def test_no_hole_no_way():
     found = connect(SPACE, ends(), slab(0.0), 600, 1)
-    assert found.way is None
+    assert found.path is None
     assert min(found.sizes) > 1
 
 
 def test_the_same_seed_gives_the_same_way():
-    a, b = (connect(SPACE, ends(), slab(0.3), 3000, 7).way for _ in range(2))
+    a, b = (connect(SPACE, ends(), slab(0.3), 3000, 7).path for _ in range(2))
     assert np.array_equal(a, b)
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_shortcuts_keep_ends_and_freedom_and_only_shorten(seed):
     free = slab(0.3)
-    way = connect(SPACE, ends(), free, 6000, seed).way
+    way = connect(SPACE, ends(), free, 6000, seed).path
     short = with_shortcuts(SPACE, way, free, 60, seed)
     assert np.array_equal(short[[0, -1]], way[[0, -1]])
     assert (free(short[:-1], short[1:]) == 1).all()
@@ -67,7 +67,7 @@ def test_a_way_from_any_start_to_any_goal():
         np.array([[0.0, -0.9, 0.0], [-0.9, 0.0, 0.0]]), np.array([[0.0, 0.9, 0.0], [-0.5, 0.0, 0.0]]), np.zeros((0, 3))
     )
     found = connect(SPACE, trees, slab(0.0), 600, 3)
-    assert np.array_equal(found.way[[0, -1]], [trees.starts[1], trees.goals[1]])
+    assert np.array_equal(found.path[[0, -1]], [trees.starts[1], trees.goals[1]])
 
 
 def test_samples_are_dense_and_hold_the_corners():
