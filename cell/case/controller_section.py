@@ -131,7 +131,7 @@ class Hooks(Section):
     layer_end: HookLines = Field([";layer {layer} of {sub_volume} ends"], description="lines where a layer ends")
 
     @model_validator(mode="after")
-    def _told_apart(self) -> Hooks:
+    def _distinct_hooks(self) -> Hooks:
         first: dict[str, str] = {}
         for name in Hooks.model_fields:
             lines = getattr(self, name)

@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
         return INFEASIBLE
     paths = made.write(folder, csv=args.csv, robodk=args.robodk, reads=read)
     if not is_quiet():
-        _told(made, paths, _left_over(made, folder))
+        _say_what_was_written(made, paths, _left_over(made, folder))
     return FEASIBLE
 
 
@@ -99,7 +99,7 @@ def _folder(name: str) -> Path:
         raise InputError(f"--krl: {error}") from None
 
 
-def _told(made: Exported, paths: Sequence[Path], left_over: list[str]) -> None:
+def _say_what_was_written(made: Exported, paths: Sequence[Path], left_over: list[str]) -> None:
     """What was written, on stdout."""
     import numpy as np
 

@@ -12,7 +12,7 @@ from slicing import Code, PartShape, Targets, Warning
 
 from ..case.sections import Case
 from ..scene.compose import compose
-from .job import Job, margins_told
+from .job import Job, margin_warnings
 
 NOT_LOOKED_AT = (
     "part: none: beads, their order and speed, the growing part and the angle to gravity are not checked; "
@@ -37,6 +37,6 @@ def bare_job(case: Case) -> Job:
     targets = Targets((), whole, whole, whole, none, none, none, np.zeros(0), np.zeros(0, dtype=bool))
     warnings = (Warning(Code.PART_ABSENT, NOT_LOOKED_AT), *scene.warnings)
     job = Job(case, (), PartShape({}, {}, (), 0), targets, scene, warnings)
-    job = Job(case, (), job.shape, targets, scene, (*warnings, *margins_told(job.solver)))
+    job = Job(case, (), job.shape, targets, scene, (*warnings, *margin_warnings(job.solver)))
     _ = job.drives  # what is wrong with them is to be said first
     return job

@@ -145,7 +145,7 @@ def read_body(case: Case, z_mm: tuple[float, float]) -> PartInput:
             return replace(_whole(case, []), meshes=(), bodies=())
         if part.body is None:
             raise InputError(f"{case.path}: part.body: needs radius_mm, the radius of the cylinder they stand on")
-        body = _told(part.body)
+        body = _body_of_case(part.body)
         if part.body.mesh is not None:
             own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
             return PartInput((), (), own, None, own.warnings, round_body=body)
@@ -161,7 +161,7 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
         raise InputError(f"{case.path}: part.body: needs radius_mm, the radius of the cylinder they stand on")
     for i, name in enumerate(part.sub_volumes):
         loaded.append(load_mesh(case.path_of(name), part.units, f"SV{i + 1}"))
-    body = _told(part.body)
+    body = _body_of_case(part.body)
     bodies: tuple[Body, ...] = (body,) * len(loaded)
     others = {strategy: bodies for strategy in STRATEGIES if fits(strategy, body)}
     if part.body.mesh is not None:
@@ -173,7 +173,7 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
     return PartInput(tuple(loaded), bodies, None, profile, others=others, round_body=body)
 
 
-def _told(body: BodySection) -> Body:
+def _body_of_case(body: BodySection) -> Body:
     """The body a case tells of; keys that end in _mm are mm, whatever units the meshes are in."""
     if body.profile_mm is not None:
         return RevolvedBody(tuple(body.profile_mm), body.axis_xy_mm)

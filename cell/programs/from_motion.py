@@ -108,7 +108,7 @@ def program_of_motion(job: Job, motion: Motion, frames: ProgramFrames) -> Progra
     program = Program(frames.program, made.moves(), tuple(made.events), (frames.tool,), (frames.base,))
     row = np.array(made.row)
     most = _points_a_second(motion.t_s[row[made.in_bead()]])
-    return ProgramOfMotion(program, row, len(motion.t_s), thinning, most, _told(job.case, len(row), most))
+    return ProgramOfMotion(program, row, len(motion.t_s), thinning, most, _size_warnings(job.case, len(row), most))
 
 
 def _points_a_second(t: Floats) -> float:
@@ -118,7 +118,7 @@ def _points_a_second(t: Floats) -> float:
     return float(count.max() / WINDOW_S)
 
 
-def _told(case: Case, points: int, most: float) -> tuple[Warning, ...]:
+def _size_warnings(case: Case, points: int, most: float) -> tuple[Warning, ...]:
     limits, found = case.controller, []
     if most > limits.points_a_second:
         text = f"program: up to {most:.1f} points a second inside beads; above {limits.points_a_second:g} "

@@ -195,7 +195,7 @@ class _Shells:
             if outside == 0 and sign[shell] < 0:
                 sign[shell], turned[shell] = 1, True
             elif turned[around].any() and outside > 0 and sign[shell] > 0:
-                raise self._untold("two shells, one within the other, both face inward", shell)
+                raise self._undecided("two shells, one within the other, both face inward", shell)
             inner[shell] = outside > 0 and outside + sign[shell] > 0 and not sticks_out[shell]
             self._refuse_torn(shell, around, sign, turned, crossing)
         if turned.any():
@@ -208,7 +208,7 @@ class _Shells:
             lines.append(_inner_line(name, int(inner.sum()), float(np.abs(self.volume[inner]).sum())))
         return sign, kept & ~inner
 
-    def _untold(self, what: str, shell: int) -> PartError:
+    def _undecided(self, what: str, shell: int) -> PartError:
         at = _place(self.triangles(shell)[0].mean(axis=0))
         return PartError(f"{self.mesh.name}: {what} (one of them at {at}); whether one is a cavity is not clear")
 
@@ -218,7 +218,7 @@ class _Shells:
         others = np.unique(label[(label == shell).any(axis=1)])
         for other in others[np.abs(self.volume[others]) > abs(self.volume[shell])].tolist():
             if (sign[shell] < 0 and other in around) or turned[shell] != turned[other]:
-                raise self._untold("two shells cross and one of them faces inward", shell)
+                raise self._undecided("two shells cross and one of them faces inward", shell)
 
 
 def _inner_line(name: str, count: int, volume: float) -> str:

@@ -57,7 +57,7 @@ def _over_itself(p: Floats, n: Floats, thickness: Floats, width: float) -> int |
     return int(of[0]) if steps[of - 1].sum() > ENDS * width else None
 
 
-def own_metal_told(targets: Targets, width_mm: float) -> tuple[Warning, ...]:
+def own_metal_warnings(targets: Targets, width_mm: float) -> tuple[Warning, ...]:
     """A warning where beads lie over themselves.
 
     Args:

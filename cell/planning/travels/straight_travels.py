@@ -133,7 +133,7 @@ def _kept(
             mine = np.flatnonzero(of == i)
             out[i] = TravelPath(q[mine], proved.seen.rows(mine), low[mine], kept[mine])
     again = np.flatnonzero(left).tolist()
-    for i, path in zip(again, _looked_at(checker, context, [paths[i] for i in again], room, least), strict=True):
+    for i, path in zip(again, _checked_travels(checker, context, [paths[i] for i in again], room, least), strict=True):
         out[i] = path
     return out
 
@@ -145,7 +145,7 @@ def _near_ends(of: Ints) -> Ints:
     return np.flatnonzero((place < ENDS) | (left < ENDS))
 
 
-def _looked_at(
+def _checked_travels(
     checker: Checker, context: Context, paths: Sequence[tuple[Floats, int]], room: float, least: float
 ) -> list[TravelPath | None]:
     """The same, all of whose samples are checked."""
