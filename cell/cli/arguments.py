@@ -245,7 +245,7 @@ the positioner, the height of the support or the position of the part, the stick
 the rounding of corners, or the seams of closed beads.
 
 Parts of 1,500 targets and more are checked in chunks of whole beads, on all cores unless --jobs limits them. The
-verdict and the motion do not depend on the number of processes. Each process needs about 350 MB.
+verdict and the motion do not depend on the number of processes. Each process needs 250 to 800 MB.
 
 --motion writes rows of t_s, A1_deg .. A6_deg, E1_deg, E2_deg, arc, bead, layer, target.
 --motion-in reads such a file from any planner. It checks joint limits, speeds, accelerations, singularities, the
