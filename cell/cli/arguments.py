@@ -143,7 +143,11 @@ def _add_export(commands: Commands) -> None:
 
 def _add_slice(commands: Commands) -> None:
     cut = _command(commands, "slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
-    cut.add_argument("input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)")
+    cut.add_argument(
+        "input",
+        metavar="MESH|CASE",
+        help="a closed mesh (stl, obj, ply, ..), a case file (.yaml), or the name of a shipped case",
+    )
     cut.add_argument(
         "--body-radius",
         type=float,
