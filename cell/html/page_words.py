@@ -34,7 +34,7 @@ REASON_WORDS = {
     "singular": "too near a singularity",
     "collision": "colliding or too near",
     "no_path": "without a way to them",
-    "speed": "too fast for a joint",
+    "speed": "slower than allowed: an axis cannot keep up",
     "gravity": "too far off upright",
     "overhang": "overhanging too far",
     # of a motion or a program from outside
@@ -118,7 +118,8 @@ class PageWords:
         yield "Table pose", self._pose()
         looked = self.result.looked_at
         of = f"{n} targets" if looked == n else f"the {looked} targets checked ({n - looked} were not)"
-        yield "Reached", f"{looked - self.result.infeasible} of {of}"
+        name = "Targets without a fault" if isinstance(self.result, Played) else "Weldable"
+        yield name, f"{looked - self.result.infeasible} of {of}"
         layers = sum(job.layers)
         beads = int(job.targets.bead.max()) + 1
         parts = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) > 1)}"
@@ -139,7 +140,7 @@ class PageWords:
             kind, unit = escape(s["kind"]), "" if s["unit"] == "1" else f" {escape(s['unit'])}"
             yield "Singularity margin", f"{kind} {s['margin']:.4g}{unit}, at {_jump(s['target'])}{extra}"
         g = d["gravity_deg"]
-        yield "Deposition direction", f"{g['min']:.0f}° to {g['max']:.0f}° off straight up"
+        yield "Deposition direction", f"{g['min']:.0f}° to {g['max']:.0f}° off upright"
         if d["metal"] is not None:
             m = d["metal"]
             yield "Metal", f"{m['mass_g']:.0f} g, {m['wire_m']:.1f} m of wire, {m['share']:.0%} of what the layers need"
@@ -213,8 +214,11 @@ class PageWords:
         yield "Singularity margins needed", margins
         out = "half a bead, only a warning" if k.overhang_mm is None else f"at most {k.overhang_mm:g} mm"
         yield "Overhang", out
-        yield "Gravity angle", "not limited" if k.gravity_max_deg is None else f"at most {k.gravity_max_deg:g}°"
-        yield "Speeds", f"deposition {p.deposition_speed_mm_s:g} mm/s, retracting {p.travel_speed_mm_s:g} mm/s"
+        yield "Off upright", "not limited" if k.gravity_max_deg is None else f"at most {k.gravity_max_deg:g}°"
+        yield (
+            "Speeds",
+            f"deposition {p.deposition_speed_mm_s:g} mm/s, leaving and approaching a bead {p.travel_speed_mm_s:g} mm/s",
+        )
         yield "Retract", f"{p.retract_mm:g} mm"
         yield "Arm, torch, table", f"{c.robot.model}, {c.tool.model}, {c.positioner.model}"
         x, y, z = c.positioner.position_mm
@@ -232,7 +236,7 @@ def _of_played(result: Played) -> str:
     times = f"{_duration(float(result.motion.t_s[-1]))}, {_duration(result.motion.arc_time)} of it with the arc on"
     took = f"{name} was {how}: {times}."
     if not result.findings:
-        return f"{took} Nothing was found."
+        return f"{took} No faults."
     first, more = result.findings[0], len(result.findings) - 1
     line = getattr(first, "line", None)
     where = f"row {first.row}" if line is None else f"{line}"
@@ -288,5 +292,5 @@ def _duration(seconds: float) -> str:
 def _roll(text: str) -> str:
     kind, *angles = text.split(":")
     if kind == "fixed":
-        return f"held at {_angle(float(angles[0]))}"
+        return f"fixed at {_angle(float(angles[0]))}"
     return "free" if kind == "free" else f"{_angle(float(angles[0]))} to {_angle(float(angles[1]))}"

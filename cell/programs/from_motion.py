@@ -23,7 +23,7 @@ from slicing import Code, Warning
 from ..arrays import Ints
 from ..case.sections import Case
 from ..job.job import Job, speeds
-from ..motion.deposition_speed import HELD
+from ..motion.deposition_speed import KEPT_SHARE
 from ..motion.motion import NO_MOVE, Motion
 from ..rigid import inverse
 from ..units import METRES_PER_MM
@@ -179,7 +179,7 @@ class _Made:
             edge = np.concatenate([[True], (np.diff(self.motion.target[weld]) != 0) | (np.diff(weld) > 1)])
             first = np.flatnonzero(edge)
             reached = np.maximum.reduceat(self.tcp_speed[weld], first)
-            slow = reached < HELD * asked[weld[first]]
+            slow = reached < KEPT_SHARE * asked[weld[first]]
             out[weld] = np.repeat(np.where(slow, reached, asked[weld[first]]), np.diff([*first, len(weld)]))
         return np.maximum(np.round(out / SPEED_STEP), 1) * SPEED_STEP
 

@@ -96,10 +96,10 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
         yield name, text
     good, looked = result.looked_at - result.infeasible, result.looked_at
     of = f"{n} targets" if looked == n else f"the {looked} targets checked"
-    yield "reached", f"{good} of {of} ({job.solver.name}, roll {roll_text_of(result)})"
+    yield "weldable", f"{good} of {of} ({job.solver.name}, roll {roll_text_of(result)})"
     counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
     if counts:
-        yield "not reached", counts
+        yield "not weldable", counts
     if looked < n:
         left_out = f"{n - looked} of {n} targets"
         yield "not checked", f"{left_out}: the part is infeasible without them (--every-target checks them)"
@@ -122,7 +122,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     if result.poses:
         yield "table", "\n".join(pasted_poses(result)).removeprefix("table: ")
     gravity = np.rad2deg(result.gravity)
-    yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"
+    yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off upright"
     if result.motion is not None:
         motion = result.motion
         dwell = f", {motion.dwell_time:.0f} s waiting" if round(motion.dwell_time) else ""

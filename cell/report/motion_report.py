@@ -157,7 +157,7 @@ def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str,
     yield "drives", ", ".join(f"{axis} at {100 * v:.0f} % of its {kind}" for kind, (axis, v) in most.items())
     if d["speed"]["least_share"] is not None:
         share, start = d["speed"]["least_share"], d["speed"]["from_target"]
-        yield "speed", f"held to {100 * share:.0f} % or more over every 5 mm, least from target {start}"
+        yield "speed", f"kept to {100 * share:.0f} % or more over every 5 mm, least from target {start}"
     dwell = f", {d['dwell_s']:.0f} s waiting" if d["dwell_s"] else ""
     yield (
         "motion",

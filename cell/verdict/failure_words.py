@@ -87,8 +87,8 @@ def _overhang(failure: Failure) -> str:
 def _deposition(failure: Failure) -> str:
     assert isinstance(failure.cause, SlowdownCause)
     why = f"; {failure.axis}'s {failure.cause.by}" if failure.axis else ""
-    held = f"{100 * _number(failure.measure):.0f} % of the speed held, needs {100 * _number(failure.limit):.0f} %"
-    return f"from target {failure.from_target}: {held}{why}"
+    kept = f"{100 * _number(failure.measure):.0f} % of the speed kept, needs {100 * _number(failure.limit):.0f} %"
+    return f"from target {failure.from_target}: {kept}{why}"
 
 
 def _hit(failure: Failure, contact: Contact) -> str:
@@ -201,7 +201,11 @@ def _rows(failure: Failure) -> str:
 def _rows_speed(failure: Failure) -> str:
     measure, limit = _number(failure.measure), failure.limit
     if failure.kind is Kind.DEPOSITION_SPEED:
-        return f"{100 * measure:.0f} % of the deposition speed held from target {failure.from_target}"
+        assert limit is not None
+        return (
+            f"from target {failure.from_target}: {100 * measure:.0f} % of the deposition speed reached;"
+            f" {'limit' if measure > limit else 'least'} {100 * limit:.0f} %"
+        )
     if failure.kind is Kind.STANDSTILL:
         return f"the arc burns for {measure:g} s at a standstill, {limit:g} s are allowed"
     return f"{failure.axis} needs {measure:.1f} {failure.unit}, has {limit:g}"
