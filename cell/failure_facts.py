@@ -5,7 +5,7 @@ Use:
     FailurePlace(Where.BEAD, from_target=3)
     Contact(("torch_nozzle", "deposit/3/SV1/0"), seen=Seen.ROUNDED)
 
-``cell.failure`` has the failure itself, and these names as well. Millimetres and degrees, as in the contracts.
+``cell.failure`` has the failure itself, and these names as well. Millimetres and degrees, as in the documents.
 """
 
 from __future__ import annotations

@@ -291,7 +291,7 @@ def orders(rows: Sequence[ComparisonRow]) -> dict[str, bool] | None:
 
 
 def compare_document(title: str, found: Sequence[Comparison]) -> dict[str, Any]:
-    """The contract "rbam-compare/1".
+    """The document of schema "rbam-compare/1".
 
     Args:
         title: of the case, or what else was compared.

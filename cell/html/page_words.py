@@ -143,7 +143,10 @@ class PageWords:
         yield "Deposition direction", f"{g['min']:.0f}° to {g['max']:.0f}° off upright"
         if d["metal"] is not None:
             m = d["metal"]
-            yield "Metal", f"{m['mass_g']:.0f} g, {m['wire_m']:.1f} m of wire, {m['share']:.0%} of what the layers need"
+            yield (
+                "Metal",
+                f"{m['mass_g']:.0f} g, {m['wire_m']:.1f} m of wire, {100 * m['share']:.0f} % of what the layers need",
+            )
         yield "Roll about the wire", _roll(d["roll"])
 
     def _pose(self) -> str:

@@ -173,8 +173,8 @@ def _kept(path: DrawnPath, speed: Floats, wanted: float) -> str:
     off = known & (np.abs(speed / wanted - 1) > 1 - KEPT_SHARE)
     lost = float(dt[off].sum())
     if lost <= 0:
-        return f"kept within {1 - KEPT_SHARE:.0%} for all {total:.0f} s of welding"
-    return f"off by more than {1 - KEPT_SHARE:.0%} for {lost:.1f} s of the {total:.0f} s of welding"
+        return f"kept within {100 * (1 - KEPT_SHARE):.0f} % for all {total:.0f} s of welding"
+    return f"off by more than {100 * (1 - KEPT_SHARE):.0f} % for {lost:.1f} s of the {total:.0f} s of welding"
 
 
 def _clearances(result: Result, path: DrawnPath) -> Clearances:

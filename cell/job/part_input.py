@@ -253,8 +253,8 @@ def _taken(case: Case, found: PartInput) -> PartInput:
     warnings = found.warnings
     if absent:
         text = (
-            f"part.take: {', '.join(absent)} neither in part.take nor in part.built: not in the cell, collisions "
-            "with it are not checked"
+            f"{', '.join(absent)}: neither in part.take nor in part.built, so not in the cell; collisions with "
+            f"{'it' if len(absent) == 1 else 'them'} are not checked"
         )
         warnings += (Warning(Code.SUB_VOLUME_ABSENT, text, sub_volume=absent[0] if len(absent) == 1 else ""),)
     return replace(

@@ -87,7 +87,7 @@ class _Couplings:
             return
         if len(names) == 1:
             raise own.error(
-                f".model: {own.model}: joint {names[0]} is held in its place (an equality); it cannot be planned"
+                f".model: {own.model}: joint {names[0]} is fixed in its place (an equality); it cannot be planned"
             )
         leader = moved[0] if len(moved) == 1 else names[1]
         follower = next(name for name in names if name != leader)

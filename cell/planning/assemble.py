@@ -1,7 +1,7 @@
 """A motion as data: what replay shows and what a program is written from.
 
     motion.t_s, motion.q, motion.arc, motion.target       # one row a sample
-    motion.columns(), motion.rows_deg()                   # the contract of --motion
+    motion.columns(), motion.rows_deg()                   # the table that --motion writes
 
 Times are the fastest that the axes' speeds and accelerations allow, on beads under the deposition speed; every bead and
 every travel starts and ends at rest (see ``cell.timing.time_law``). Radians and seconds.

@@ -1,4 +1,4 @@
-"""What is said of a result: the documents of the contracts, and the terminal report.
+"""What is said of a result: its document and the terminal report.
 
 Use:
 
@@ -37,7 +37,7 @@ WORST = 8  # infeasible targets shown on the terminal
 def metal_in_words(d: dict[str, Any]) -> str:
     """Metal of `metal_document` in a few words."""
     return (
-        f"{d['mass_g']:.0f} g, {d['wire_m']:.1f} m of wire; {d['laid_mm3']:.0f} mm3 laid, {d['share']:.0%} of the"
+        f"{d['mass_g']:.0f} g, {d['wire_m']:.1f} m of wire; {d['laid_mm3']:.0f} mm3 laid, {100 * d['share']:.0f} % of the"
         f" {d['wanted_mm3']:.0f} mm3 that the layers need"
     )
 
@@ -89,7 +89,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     made = job.case.slicing.strategy if job.sliced else "from a toolpath"
     yield (
         "part",
-        f"{len(job.layers)} sub-volume(s), {made}: {layers} layers, {beads} beads, {n} targets",
+        f"{len(job.layers)} sub-volume{'s' * (len(job.layers) != 1)}, {made}: {layers} layers, {beads} beads, {n} targets",
     )
     for line in found_lines(job.T_part_input, job.evidence):
         name, text = line.split(": ", 1)
@@ -173,4 +173,4 @@ def _worst(result: Result, every: bool) -> RenderableType:
 def _bead_figures(laid: LaidSubVolume) -> tuple[str, str]:
     """Greatest overhang angle, and metal laid as a share of what the layers take."""
     angle = worst_angle(laid.overhangs)
-    return "-" if angle is None else f"{angle:.0f}", f"{share_of(laid.metal):.0%}"
+    return "-" if angle is None else f"{angle:.0f}", f"{100 * share_of(laid.metal):.0f} %"

@@ -30,7 +30,7 @@ SHOWN = 8  # findings on the terminal
 
 
 def motion_document(result: MotionResult, path: str) -> dict[str, Any]:
-    """The contract "rbam-motion-report/1".
+    """The document of schema "rbam-motion-report/1".
 
     Args:
         result: what was found.
@@ -141,7 +141,7 @@ def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str,
         yield "welded", f"{d['welded']} of {d['targets']} targets"
     counts = ", ".join(f"{reason} {k}" for reason, k in d["reasons"].items() if k)
     if counts:
-        yield "found", counts
+        yield "faults", counts
     c, s = d["least_clearance"], d["least_singularity_margin"]
     if c:
         limit = result.job.case.checks.clearance_mm

@@ -67,7 +67,7 @@ def _reach(failure: Failure) -> str:
         beyond = np.copysign(1.0, measure) > 0
         return f"{abs(measure):.1f} mm " + ("beyond the arm's reach" if beyond else "inside the arm's least reach")
     assert effort is not None
-    return effort.note or f"not found from {effort.seeds} seeds at {effort.rolls} roll(s)"
+    return effort.note or f"not found from {effort.seeds} seeds at {effort.rolls} roll{'s' * (effort.rolls != 1)}"
 
 
 def _margin(failure: Failure) -> str:
@@ -221,7 +221,7 @@ def _rows_place(failure: Failure) -> str:
         return f"bead {failure.cause.bead} {after}"
     return {
         Kind.GOES_BACK: f"goes back by {measure:g} mm along its bead",
-        Kind.SKIPS: f"skips {measure:g} mm of its bead: it moves less than it advances",
+        Kind.SKIPS: f"progress along the bead jumps {measure:g} mm",
         Kind.OFF_BEAD: f"TCP {measure:g} mm off the bead, {limit or 0:g} are allowed",
         Kind.OFF_WIRE: f"wire {measure:g} deg off its direction, {limit or 0:g} are allowed",
         Kind.ROLL_OUTSIDE: f"roll {measure:g} deg outside the rolls of the case",

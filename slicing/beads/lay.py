@@ -115,7 +115,7 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool, all
         lines.append(
             f"{sliced.name}: {close:.1f} mm of beads lie closer together than the pitch of "
             f"{parameters.pitch_mm:g} mm, down"
-            f" to {least:.0%} of it, because the layers cannot be unrolled exactly: more metal is laid there than the"
+            f" to {100 * least:.0f} % of it, because the layers cannot be unrolled exactly: more metal is laid there than the"
             " layers need"
         )
     if not locate:

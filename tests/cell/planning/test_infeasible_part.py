@@ -339,5 +339,5 @@ def test_help_and_formats_say_how_much_of_a_lost_part_is_looked_at() -> None:
     most = f"{infeasible_part.LARGE_FLOOR:,} configurations {small}"
     formats = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
     assert f"{most} and {infeasible_part.PER_TARGET} more for each target" in " ".join(CHECK_TEXT.split())
-    assert f"{most} plus {infeasible_part.PER_TARGET} for each target" in " ".join(formats.split())
+    assert f"{most} and {infeasible_part.PER_TARGET} more for each target" in " ".join(formats.split())
     assert f"takes more than {infeasible_part.EASY} configurations for each of its targets" in " ".join(formats.split())

@@ -32,7 +32,7 @@ def planned(job: Job, chunking: Chunking | None) -> PartPlan:
     context = context_of(job)
     if chunking is None:
         return plan_part(context, job.targets.bead)
-    return plan_in_chunks(Shared.of(job, context), chunking.chunks(job.targets, context.span))
+    return plan_in_chunks(Shared.of(job, context), chunking.chunks(job.targets, context.span)).plan
 
 
 def same(one: PartPlan, two: PartPlan) -> bool:
