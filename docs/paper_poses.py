@@ -42,8 +42,8 @@ follow from the table poses alone, though:
 
 - with a free roll {free}:
   the paper's set-up did not use the freedom about the wire, because its planes fixed the roll;
-- fixed between 75 and 120 degrees, the roll makes 90/180 infeasible as well, although hardly any target by itself is out
-  of reach there: the wire swings by 59 degrees to either side over the blade's root and takes the arm through
+- fixed between 75 and 120 degrees, the roll makes 90/180 infeasible as well, although hardly any target by itself is
+  out of reach there: the wire swings by 59 degrees to either side over the blade's root and takes the arm through
   its wrist singularity. A check of single points does not find this.
 """
 

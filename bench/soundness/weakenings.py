@@ -85,7 +85,7 @@ MUTANTS = (
     Mutant("cell/collision/proofs/laid_covers.py", "        middle = points[mine].mean(axis=0)", "        middle = (points.min(axis=0) + points.max(axis=0)) / 2", (COVERS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "        beyond[mine] = np.inf\n", "", (COVERS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "        points.append(before.points)\n", "        points.append(before.points[:1])\n", (COVERS,)),
-    Mutant("cell/collision/proofs/laid_covers.py", "_laid[k][deposits_laid - 1]", "_laid[k][max(deposits_laid - 2, 0)]", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "_laid[k][number - 1]", "_laid[k][max(number - 2, 0)]", (COVERS,)),
     Mutant("cell/collision/proofs/covered_pairs.py", "gap -= links.reach(cover, tried)", "gap += links.reach(cover, -tried)", (COVERS,)),
     Mutant("cell/collision/proofs/covered_pairs.py", "far - size[:, None] - shape.size < need", "far - size[:, None] < need", (COVERS,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "others.joined(covered_pairs(self._links, poses, clusters, seen, far))", "others", (COVERS,)),

@@ -182,8 +182,8 @@ class ControllerSection(Section):
     )
     base: Number | FrameSection | None = Field(
         None,
-        description="number in BASE_DATA, or a frame in the table's faceplate (in the arm's base where no axis moves the "
-        "table); left out: the part's frame",
+        description="number in BASE_DATA, or a frame in the table's faceplate (in the arm's base where no axis moves "
+        "the table); left out: the part's frame",
     )
     machine: Annotated[int, number_within(1, 32)] = Field(2, description="index of the table in MACHINE_DEF")
     blend_mm: Annotated[float, number_within(0, 1000)] | None = Field(

@@ -71,6 +71,7 @@ class BeadsAhead:
         self._together: list[BeadPlan] = []  # beads between which travels have not been checked
         self._travels: dict[int, _KnownTravel] = {}  # by the first target of the bead that they lead to
         self._misses, self._wasted = 0, 0
+        self._alone, self._pause = 0, 1  # beads found alone since nothing is searched ahead, and after how many it is
         self._vain: tuple[int, Floats | None, StationSearch] | None = None
 
     def bead(self, first: int, q_before: Floats | None) -> BeadPlan | None:
@@ -88,12 +89,20 @@ class BeadsAhead:
             self._search(first, q_before)
         known = self._expected.pop(first, None)
         if known is not None and _same(known.q_before, q_before):
-            self._misses = 0
+            self._misses, self._pause = 0, 1
             self._wasted -= known.plan.stop - first
             return known.plan
         self._expected.clear()
         self._misses += 1
         return None
+
+    def found_alone(self) -> None:
+        """A bead was found whole by itself. After some of these, beads are searched ahead again."""
+        if self._misses < MISSES:
+            return
+        self._alone += 1
+        if self._alone >= self._pause:
+            self._alone, self._pause, self._misses = 0, 2 * self._pause, MISSES - 1
 
     def can_leave(self, last: Stretch | None, bead: BeadPlan) -> bool:
         """Whether it is known that the torch can be drawn back from a bead: a travel leads on from it.

@@ -264,7 +264,12 @@ class _RunSearch:
         found = self.ahead.bead(first, q_before)
         vain = self.ahead.failed_search(first, q_before)
         in_full = partial(plan_bead, self.context, first, stop, q_before, quickly=vain is None)
-        return found or self.judge.plan(first, stop, q_before, in_full, vain)
+        if found is not None:
+            return found
+        bead = self.judge.plan(first, stop, q_before, in_full, vain)
+        if bead is not None and bead.whole and (self.judge.lost or self.postponed is not None):
+            self.ahead.found_alone()  # behind what is lost there may be much that is not
+        return bead
 
     def _led_to(self, bead: BeadPlan, last: Stretch) -> BeadPlan:
         """A whole bead with the travel to it, or why there is none."""

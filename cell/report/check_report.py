@@ -37,8 +37,8 @@ WORST = 8  # infeasible targets shown on the terminal
 def metal_in_words(d: dict[str, Any]) -> str:
     """Metal of `metal_document` in a few words."""
     return (
-        f"{d['mass_g']:.0f} g, {d['wire_m']:.1f} m of wire; {d['laid_mm3']:.0f} mm3 laid, {100 * d['share']:.0f} % of the"
-        f" {d['wanted_mm3']:.0f} mm3 that the layers need"
+        f"{d['mass_g']:.0f} g, {d['wire_m']:.1f} m of wire; {d['laid_mm3']:.0f} mm3 laid, {100 * d['share']:.0f} % of"
+        f" the {d['wanted_mm3']:.0f} mm3 that the layers need"
     )
 
 
@@ -87,10 +87,8 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     layers = sum(job.layers)
     beads = int(job.targets.bead.max()) + 1
     made = job.case.slicing.strategy if job.sliced else "from a toolpath"
-    yield (
-        "part",
-        f"{len(job.layers)} sub-volume{'s' * (len(job.layers) != 1)}, {made}: {layers} layers, {beads} beads, {n} targets",
-    )
+    volumes = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) != 1)}"
+    yield "part", f"{volumes}, {made}: {layers} layers, {beads} beads, {n} targets"
     for line in found_lines(job.T_part_input, job.evidence):
         name, text = line.split(": ", 1)
         yield name, text

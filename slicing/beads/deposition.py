@@ -133,8 +133,8 @@ def metal_lines(name: str, metal: Sequence[LayerMetal], parameters: BeadParamete
     whole = sum(m.laid_mm3 for m in metal) / max(sum(m.wanted_mm3 for m in metal), 1e-300)
     why = " (pattern contour lays only the borders)" if parameters.pattern == "contour" else ""
     text = (
-        f"{name}: the beads lay {100 * whole:.0f} % of the metal that the layers need{why}; {len(off)} of {len(metal)} layers"
-        f" are off by more than {100 * TOLD:.0f} %{most}"
+        f"{name}: the beads lay {100 * whole:.0f} % of the metal that the layers need{why};"
+        f" {len(off)} of {len(metal)} layers are off by more than {100 * TOLD:.0f} %{most}"
     )
     return [Warning(Code.DEPOSIT_SHARE, text, sub_volume=name, layer=worst.layer)]
 

@@ -115,8 +115,8 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool, all
         lines.append(
             f"{sliced.name}: {close:.1f} mm of beads lie closer together than the pitch of "
             f"{parameters.pitch_mm:g} mm, down"
-            f" to {100 * least:.0f} % of it, because the layers cannot be unrolled exactly: more metal is laid there than the"
-            " layers need"
+            f" to {100 * least:.0f} % of it, because the layers cannot be unrolled exactly: more metal is laid there"
+            " than the layers need"
         )
     if not locate:
         return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))

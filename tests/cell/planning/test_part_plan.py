@@ -47,10 +47,10 @@ def same(one: PartPlan, two: PartPlan) -> bool:
     )
 
 
-def out_of_reach(job: Job, layer: int) -> Job:
-    """The same with a layer that no arm reaches, which is known without a search."""
+def out_of_reach(job: Job, *layers: int) -> Job:
+    """The same with layers that no arm reaches, which is known without a search."""
     t = job.targets
-    off = np.where((t.layer == layer)[:, None], 1e5, 0.0)
+    off = np.where(np.isin(t.layer, layers)[:, None], 1e5, 0.0)
     return replace(job, targets=replace(t, position=t.position + off))
 
 
@@ -90,7 +90,7 @@ def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_
 
 def test_where_a_bead_is_lost_postponed_ones_are_never_searched_in_full(job, every_bead_postponed):
     searched = every_bead_postponed(no_budget=True)
-    plan = planned(out_of_reach(job, layer=int(job.targets.layer.max())), None)
+    plan = planned(out_of_reach(job, int(job.targets.layer.max())), None)
     assert searched == []
     assert plan.beads[-1].target_failures
     assert all(not bead.whole and bead.open and not bead.stretches for bead in plan.beads[:-1])
@@ -156,6 +156,23 @@ def test_whether_the_first_bead_of_a_part_is_lost_is_said_to_all_chunks(job, mon
 
     monkeypatch.setattr(infeasible_part, "FLOOR", 0)
     monkeypatch.setattr("cell.part_chunks.chunked_plan.plan_run", noted)
-    plan = planned(out_of_reach(job, layer=0) if lost else job, FOUR)
+    plan = planned(out_of_reach(job, 0) if lost else job, FOUR)
     assert plan.beads[0].whole == (not lost)
     assert said == [lost] * 4
+
+
+def test_behind_lost_layers_beads_are_searched_together_again(job, monkeypatch):
+    monkeypatch.setattr(infeasible_part, "FLOOR", 0)
+    alone: list[int] = []
+    really = infeasible_part.InfeasiblePartJudge.plan
+
+    def noted(judge, first, *rest):
+        alone.append(first)
+        return really(judge, first, *rest)
+
+    monkeypatch.setattr(infeasible_part.InfeasiblePartJudge, "plan", noted)
+    plan = planned(out_of_reach(job, 2, 3), None)
+    lost = [bead.first for bead in plan.beads if not bead.whole]
+    behind = [bead.first for bead in plan.beads if bead.first > max(lost)]
+    assert len(behind) > 4
+    assert len(set(alone) & set(behind)) <= 2

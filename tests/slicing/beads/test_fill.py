@@ -93,7 +93,8 @@ def test_a_layer_that_takes_next_to_nothing_is_told_of_by_its_volume():
     assert "1 of them needs almost no metal: layer 2 needs 1.25 mm³ and gets 58 mm³" in line
     (line,) = metal_lines("SV1", metal[1:], parameters)  # no other layer is off
     assert line.endswith(
-        "1 of 2 layers are off by more than 5 %; 1 of them needs almost no metal: layer 2 needs 1.25 mm³ and gets 58 mm³"
+        "1 of 2 layers are off by more than 5 %; 1 of them needs almost no metal:"
+        " layer 2 needs 1.25 mm³ and gets 58 mm³"
     )
     (line,) = metal_lines("SV1", metal[:2], parameters)
     assert line.endswith("layer 0 the most (108 %)")
