@@ -252,7 +252,7 @@ MUTANTS = (
     Mutant("cell/programs/program_check.py", "    yield from _bases(run)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _roots(run.program, job)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _externals(run.program, job)\n", "", (PROGRAMS,)),
-    Mutant("cell/programs/program_check.py", "    yield from _stretches(Failure(Kind.PATH_SPEED, limit=FASTEST, place=IN_ROWS), run.program.moves.speed)\n", "", (PROGRAMS,)),
+    Mutant("cell/programs/program_check.py", "    yield from _stretches(Failure(Kind.PATH_SPEED, limit=MOST_TCP_SPEED, place=IN_ROWS), run.program.moves.speed)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _stretches(Failure(Kind.BLEND, limit=limit, place=IN_ROWS), wide)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _stretches(Failure(Kind.ARC_CORNER, limit=0.0, place=IN_ROWS), _at_the_arc(run))\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _stretches(Failure(Kind.PTP_WITH_ARC, place=IN_ROWS), axes)\n", "", (PROGRAMS,)),

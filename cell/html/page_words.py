@@ -23,7 +23,7 @@ from ..verdict.result import NOT_LOOKED_AT, Result, TargetVerdict
 from ..verdict.severity import GRAVEST_FIRST, worst_first
 from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words
-from ..view.shown_motion import Played
+from ..view.shown_motion import ShownMotion
 
 if TYPE_CHECKING:
     from ..remedy_search.search import Remedy
@@ -71,7 +71,7 @@ class PageWords:
     def verdict(self) -> str:
         """One sentence."""
         n, bad, motion = len(self.result.rows), self.result.infeasible, self.result.motion
-        if isinstance(self.result, Played):
+        if isinstance(self.result, ShownMotion):
             return escape(_of_played(self.result))
         if motion is not None:
             return (
@@ -118,7 +118,7 @@ class PageWords:
         yield "Table pose", self._pose()
         looked = self.result.looked_at
         of = f"{n} targets" if looked == n else f"the {looked} targets checked ({n - looked} were not)"
-        name = "Targets without a fault" if isinstance(self.result, Played) else "Weldable"
+        name = "Targets without a fault" if isinstance(self.result, ShownMotion) else "Weldable"
         yield name, f"{looked - self.result.infeasible} of {of}"
         layers = sum(job.layers)
         beads = int(job.targets.bead.max()) + 1
@@ -172,7 +172,7 @@ class PageWords:
 
     def _clearance(self, least: dict[str, Any] | None) -> str:
         limit = self.result.job.case.checks.clearance_mm
-        if isinstance(self.result, Played) and self.result.found.clearance is not None:
+        if isinstance(self.result, ShownMotion) and self.result.found.clearance is not None:
             distance, _, names = self.result.found.clearance
             between = " and ".join(escape(in_plain_words(self.result, name)) for name in names)
             return f"{distance / METRES_PER_MM:.1f} mm between {between}; {limit:g} mm needed"
@@ -231,7 +231,7 @@ class PageWords:
         yield "Solver", str(self.document["solver"])
 
 
-def _of_played(result: Played) -> str:
+def _of_played(result: ShownMotion) -> str:
     """A motion or a program from outside in a sentence."""
     assert result.motion is not None
     name = "The motion" if result.program is None else f"The program {result.program.program.name}"

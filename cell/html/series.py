@@ -24,7 +24,7 @@ from ..motion.deposition_speed import KEPT_SHARE
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM
 from ..verdict.result import Result
-from ..view.shown_motion import Played
+from ..view.shown_motion import ShownMotion
 from .drawn_path import BUDGET, SAMPLES_AT_ONCE, DrawnPath, PageBudget, drawn_path, note_of, worst_of_steps
 from .pack import Pack
 from .page_words import in_plain_words
@@ -75,7 +75,7 @@ def _steps_a_unit(path: DrawnPath, unit: str) -> float:
 
 def _lines(pack: Pack, result: Result, path: DrawnPath) -> dict[str, Any]:
     """Where a program's text is in every step: the number of its file, and the line."""
-    if not isinstance(result, Played) or result.program is None:
+    if not isinstance(result, ShownMotion) or result.program is None:
         return {}
     program, move = result.program.program, result.program.run.move
     move = move[np.minimum(path.starts + 1, len(move) - 1)]  # of the way that follows

@@ -106,7 +106,7 @@ class WorkerPool:
                 self.close(at_once=True)
             raise
         finally:
-            _others.seconds += sum(one.spent.values())
+            _worker_time.seconds += sum(one.spent.values())
         here = time.process_time() - begun
         most = max((one.spent[pipe] - min(one.started[pipe], begun - since) for pipe in one.spent), default=0.0)
         self.busiest += max(most - here, 0.0)
@@ -214,13 +214,13 @@ def _nothing() -> None:
 
 
 @dataclass
-class _Others:
+class _WorkerTime:
     """Processor time that workers have used for this process, s."""
 
     seconds: float = 0.0
 
 
-_others = _Others()
+_worker_time = _WorkerTime()
 _pool: ContextVar[WorkerPool | None] = ContextVar("pool", default=None)
 
 
@@ -263,7 +263,7 @@ def working(processes: int) -> Iterator[WorkerPool]:
 
 def processor_time() -> float:
     """Processor time of this process and of the work that others have done for it, s."""
-    return time.process_time() + _others.seconds
+    return time.process_time() + _worker_time.seconds
 
 
 def cores() -> int:
