@@ -91,7 +91,7 @@ def reason(error: Exception) -> str:
 
 @contextmanager
 def standard_streams() -> Iterator[None]:
-    """Give ``sys.stdout`` and ``sys.stderr`` the manners of :class:`Stream` for a while."""
+    """Let ``sys.stdout`` and ``sys.stderr`` behave as :class:`Stream` does, inside the block."""
     before = sys.stdout, sys.stderr
     _hold_numbers()
     for stream, errors in ((sys.stdout, "replace"), (sys.stderr, "backslashreplace")):

@@ -1,6 +1,6 @@
 """Copies of a model in which what collides is switched: lent for one look, then used again for the next.
 
-    with lent(scene.model) as switched:       # nobody else has it meanwhile, in this thread or another
+    with lent(scene.model) as switched:       # nothing else uses it meanwhile, in this thread or another
         switched.geom_contype[:] = 0
         mujoco.mj_collision(switched.model, data)
 
@@ -63,5 +63,5 @@ def lent(model: mujoco.MjModel) -> Iterator[Switched]:
 
 
 def discard_spare(model: mujoco.MjModel) -> None:
-    """Let go of the copies of a model that nobody has: once a check is over, memory is needed for something else."""
+    """Free the copies of a model that are not lent: after a check the memory is needed for other things."""
     _spare.pop(model, None)

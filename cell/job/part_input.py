@@ -1,4 +1,4 @@
-"""The part as its case gives it: in one mesh that is taken apart, or as sub-volumes on a body that is told.
+"""The part as its case gives it: in one mesh that is taken apart, or as sub-volumes on a given body.
 
     part = read_part(case)
     for mesh, body in zip(part.meshes, part.bodies): ...
@@ -174,7 +174,7 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
 
 
 def _body_of_case(body: BodySection) -> Body:
-    """The body a case tells of; keys that end in _mm are mm, whatever units the meshes are in."""
+    """The body that a case gives; keys that end in _mm are mm, whatever units the meshes are in."""
     if body.profile_mm is not None:
         return RevolvedBody(tuple(body.profile_mm), body.axis_xy_mm)
     if body.half_angle_deg is not None:

@@ -1,4 +1,4 @@
-"""Joints that nobody plans: a track under the arm, a lift, a positioner's third axis, a gripper's fingers.
+"""Joints that are not planned: a track under the arm, a lift, a positioner's third axis, a gripper's fingers.
 
     held = hold(spec, planned=["A1", ..., "A6"], own=OwnPlaces("robot", "arm.xml", "blade.case.yaml"))
     held.home, held.warnings                 # key home of what is planned; where all others stand

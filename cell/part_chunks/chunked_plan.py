@@ -2,7 +2,8 @@
 
     plan = plan_in_chunks(Shared(job, context), Chunking(), progress)
 
-Three steps, each the same whoever is at work. The chunks are planned, each from a beginning that was said before (see
+There are three steps, each with the same result however many processes there are.
+The chunks are planned, each from a beginning that was chosen before (see
 ``cell.part_chunks.chunk_starts``). The chunks are joined: from the end of each to the beginning of the next, and on
 until a bead ends as it was planned. Travels are searched with few attempts up to here; where nothing but travels stops
 the part, those that were not found are searched with all attempts, in order, until one is not found for good.

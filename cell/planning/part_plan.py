@@ -166,7 +166,7 @@ def plan_runs(
 
     Args:
         runs: all beads of the part, in order.
-        planned: plans some runs, in order, whoever does it; calls its second argument for every bead.
+        planned: plans some runs, in order, in this process or others; calls its second argument for every bead.
         progress: told how far it is.
 
     Returns:

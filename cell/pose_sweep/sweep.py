@@ -336,7 +336,7 @@ class SweepPlan:
                     left.append(SweepTask(self.fingerprint, self.case, pose))
                 else:
                     yield row
-        # in the order of the poses, whoever was first with its part
+        # in the order of the poses, whichever part came first
         number = {pose: i for i, pose in enumerate(self.poses)}
         left.sort(key=lambda unit: number[unit.pose])
         with closing(compute(left)) as rows:

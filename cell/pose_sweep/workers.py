@@ -93,7 +93,7 @@ def worker_processes(workers: int) -> Iterator[Executor]:
     try:
         yield pool
     except Terminated:
-        for process in active_children():  # a pose may take minutes, and whoever ends a process does not wait so long
+        for process in active_children():  # a pose may take minutes, which is too long to wait for at the end
             process.terminate()
         raise
     finally:

@@ -80,7 +80,7 @@ def _heard(pipe: Connection) -> bytes:
 
 
 class _Told:
-    """Processor time of this process that has been told of, s: its start, and what is sent to it and by it, count."""
+    """Processor time of this process that has been reported, s; starting up, and sending and receiving, count."""
 
     seconds = 0.0
     start: float | None = None  # what passed until the first call

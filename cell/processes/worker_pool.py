@@ -210,7 +210,7 @@ def _spawned(there: Connection) -> BaseProcess:
 
 
 def _nothing() -> None:
-    """Nobody wants to know."""
+    """Does nothing: where no progress is reported."""
 
 
 @dataclass
@@ -225,7 +225,7 @@ _pool: ContextVar[WorkerPool | None] = ContextVar("pool", default=None)
 
 
 def pool(*, large: bool = True) -> WorkerPool:
-    """Who does the work here.
+    """The pool of workers that is in use here, or one of this process alone.
 
     Args:
         large: whether the work is worth the start of processes that begin with nothing; if not, this process does it
@@ -240,7 +240,7 @@ def working(processes: int) -> Iterator[WorkerPool]:
     """Share work out among processes, which end with the block and with their parent.
 
     Args:
-        processes: how many; with 1 whoever is at work already goes on.
+        processes: how many; with 1 the workers there are already, if any, are used.
 
     Yields:
         The workers.

@@ -74,7 +74,7 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
         raise InputError(f"{path}: is not an MJCF that MuJoCo can read: {one_line(error)}") from None
     settle_files(spec, path)
     # bodies that are fused and shapes that are dropped would be missed where the model is compiled by itself: what is
-    # told of a site or a shape is told in the frame of its own body. Masses say nothing here.
+    # known of a site or a shape is known in the frame of its own body. Masses do not matter here.
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
     spec.compiler.settotalmass = -1.0
     return spec

@@ -4,7 +4,7 @@
     result.feasible, result.poses
 
 A group is a sub-volume or a run of its layers. Its pose is the case's, or searched: of the poses that suit it those
-that nothing speaks against are checked whole, best first, until one holds. The order of sub-volumes whose poses are
+that pass the screening are checked whole, best first, until one holds. The order of sub-volumes whose poses are
 searched is the one in which the table turns least; where what was built before locks the torch out, the group that it
 locks out comes first. Between two groups the arm stands clear while the table turns. Radians and metres.
 """

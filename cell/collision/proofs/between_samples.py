@@ -1,4 +1,4 @@
-"""Between two samples of a motion: a clearance is kept on the way, by what there is at its ends against travel.
+"""Between two samples of a motion: the clearance at both ends is compared with how far the arm travels between them.
 
     radius = radii(scene)                                               # (n,) m
     open_at = unproven_steps(checker, radius, q, deposits_laid, found, least=0.005)   # steps on which it is not proved

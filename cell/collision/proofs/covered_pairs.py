@@ -2,8 +2,8 @@
 
     pairs = covered_pairs(links, poses, clusters, near, need)      # near: pairs that were seen at the clusters' samples
 
-A direction tells two shapes apart by the gap between their supports, whoever named it. Tried are those in which pieces
-of what is laid were seen to be apart, and the way from the cover's middle to that of the shape. Metres.
+A direction separates two shapes by the gap between their supports, wherever it comes from. Tried are those in which
+pieces of what is laid were seen to be apart, and the way from the cover's middle to that of the shape. Metres.
 """
 
 from __future__ import annotations
