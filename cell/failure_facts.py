@@ -66,7 +66,7 @@ class Contact:
 
     Attributes:
         pair: their names.
-        world_xyz_mm: where they are nearest; None where that is not told.
+        world_xyz_mm: where they are nearest; None where that is not known.
         seen: at a sample, or how else it was found.
         note: what else is to be said of it.
     """

@@ -4,7 +4,7 @@
         print("feasible")
 
 A reader that goes away early (``rbam check | head -1``) is not an error. A standard output that is closed or full is
-one, and is told in one line. A character that the terminal's encoding lacks is printed as a question mark. What cannot
+one, and is reported in one line. A character that the terminal's encoding lacks is printed as a question mark. What cannot
 be said on standard error is left out.
 """
 

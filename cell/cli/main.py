@@ -31,7 +31,7 @@ from .exit_codes import BAD_INPUT, ENDED_BY_SIGNAL, INTERRUPTED, NO_VERDICT
 from .verbosity import speaking
 
 DRAWS = ("replay",)  # commands that MuJoCo draws for
-TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are told with a traceback
+TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are printed with a traceback
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -195,7 +195,7 @@ class Checker:
         Args:
             q: configurations of the arm, (m, n), rad.
             deposits_laid: number of deposits already laid, (m,).
-            met: told of every configuration in which something is near: its row, and ids (k, 2) and signed distances
+            met: called for every configuration in which something is near: its row, and ids (k, 2) and signed distances
                 (k,), m, of all pairs that were found. It may keep none of these arrays.
 
         Returns:

@@ -50,7 +50,7 @@ class PartInput:
     Attributes:
         meshes: the sub-volumes, part frame, mm.
         bodies: what each of them stands on, as the case's strategy sees it.
-        body_mesh: the body's own shape, to look at; None where it is only told.
+        body_mesh: the body's own shape, to look at; None where it has no mesh.
         profile: the body as (r, z) points about its axis, mm, lowest first, which collides; None where the hull of
             body_mesh does.
         warnings: one line each.
@@ -137,7 +137,7 @@ def read_body(case: Case, z_mm: tuple[float, float]) -> PartInput:
         The part, without sub-volumes.
 
     Raises:
-        InputError: the body is not told, or its mesh cannot be used; one line.
+        InputError: the body is not given, or its mesh cannot be used; one line.
     """
     part = case.part
     try:

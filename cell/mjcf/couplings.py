@@ -1,6 +1,6 @@
 """What a model couples: closed chains, joints that follow others, tendons that limit several joints at once.
 
-    told = check_couplings(model, planned=["A1", ..., "A6"], own=OwnPlaces("robot", "arm.xml", "blade.case.yaml"))
+    warnings = check_couplings(model, planned=["A1", ..., "A6"], own=OwnPlaces("robot", "arm.xml", "blade.case.yaml"))
 
 A cell's joints each move by themselves. A coupling between what the planned joints move apart would not hold in its
 motions, so that the model is refused; one within what moves together, one to a body that a user drags and one that is

@@ -167,7 +167,7 @@ def plan_runs(
     Args:
         runs: all beads of the part, in order.
         planned: plans some runs, in order, in this process or others; calls its second argument for every bead.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Returns:
         The plan of each run. Where the part is lost, postponed beads are left open.

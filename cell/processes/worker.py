@@ -100,7 +100,7 @@ def _answer(function: Callable[..., Any], shared: object, item: object, tick: Ti
 
 
 def _sendable(error: Exception) -> Exception:
-    """An error as it can be sent; what cannot be is told in words."""
+    """An error as it can be sent; what cannot be is put into words."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:  # noqa: BLE001 (whatever an error's own code does)

@@ -60,7 +60,7 @@ def solid_from_arrays(
         The mesh of one solid.
 
     Raises:
-        PartError: a mesh that is not closed or not a solid, faces that cross, or shells of which it cannot be told
+        PartError: a mesh that is not closed or not a solid, faces that cross, or shells of which it is not clear
             what is solid.
     """
     return one_solid(mesh_from_arrays(name, vertices, faces, noise_mm, units, outward=False))

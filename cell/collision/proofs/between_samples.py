@@ -66,7 +66,7 @@ def unproven_steps(
     laid = np.maximum(deposits_laid[step], deposits_laid[step + 1])
     steps = OpenSteps(np.arange(len(step)), q[step], q[step + 1], known[step], known[step + 1], laid)
     left, hit, seen = halved(checker, radius, steps, motion[step], least)
-    # what is left after the last halving is told by what is nearest where it begins
+    # what is left after the last halving is described by what is nearest at its beginning
     every, nearest = np.concatenate([hit, left]), Clearances.joined([seen, found.rows(step[left])])
     order = np.argsort(every, kind="stable")
     return step[every[order]], nearest.rows(order)

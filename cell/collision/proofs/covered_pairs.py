@@ -29,7 +29,7 @@ def covered_pairs(
         poses: at the samples.
         clusters: of steps.
         near: pairs that were seen at the samples of the clusters that were checked.
-        need: how far apart they have to be told, (c,), m.
+        need: how far apart they have to be proved, (c,), m.
 
     Returns:
         Pairs with how far they are apart at least; every other is further apart than needed.
