@@ -4,8 +4,8 @@
         print("feasible")
 
 A reader that goes away early (``rbam check | head -1``) is not an error. A standard output that is closed or full is
-one, and is reported in one line. A character that the terminal's encoding lacks is printed as a question mark. What cannot
-be said on standard error is left out.
+one, and is reported in one line. A character that the terminal's encoding lacks is printed as a question mark.
+What cannot be written to standard error is left out.
 """
 
 from __future__ import annotations

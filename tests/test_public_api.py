@@ -18,6 +18,7 @@ from support.paths import ROOT
 import cell
 import ik
 import slicing
+from cell.cli.main import main
 
 EXPORTED = {
     "cell": "Case InputError Job Motion Result WorkerKilledError check compose load_case parse_case prepare "
@@ -117,11 +118,31 @@ def test_a_job_comes_first_wherever_one_is_taken():
             assert "job" not in parameters[1:] or name == "cell.read_motion", name
 
 
-def example() -> str:
+def block(mark: str) -> str:
+    """The README's block below a mark."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    found = re.search(r"<!-- python example -->\n```python\n(.*?)```", text, re.DOTALL)
+    found = re.search(rf"<!-- {mark} -->\n```[a-z]*\n(.*?)```", text, re.DOTALL)
     assert found
     return found.group(1)
+
+
+def example() -> str:
+    return block("python example")
+
+
+def test_the_readmes_complete_case_is_feasible_with_the_mesh_it_names(tmp_path, monkeypatch, capsys):
+    (tmp_path / "blade.case.yaml").write_text(block("complete case"), encoding="utf-8")
+    (tmp_path / "propeller.stl").write_bytes((ROOT / "models" / "parts" / "propeller.stl").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    exec(compile(example(), "README.md", "exec"), {})
+    assert re.fullmatch(r"True \d+ rows\n", capsys.readouterr().out)
+
+
+@pytest.mark.slow
+def test_the_readmes_remedies_are_those_that_are_printed(capsys):
+    assert main(["check", "propeller_tilted"]) == 1
+    said = [line for line in capsys.readouterr().out.splitlines() if line.startswith("what would help")]
+    assert said == block("remedies of propeller_tilted").splitlines()
 
 
 def test_the_readmes_example_runs(make_case, tmp_path, monkeypatch, capsys):

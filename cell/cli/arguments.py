@@ -143,7 +143,11 @@ def _add_export(commands: Commands) -> None:
 
 def _add_slice(commands: Commands) -> None:
     cut = _command(commands, "slice", "cut the sub-volumes into layers and targets", SLICE_TEXT)
-    cut.add_argument("input", metavar="MESH|CASE", help="a closed mesh (stl, obj, ply, ..) or a case file (.yaml)")
+    cut.add_argument(
+        "input",
+        metavar="MESH|CASE",
+        help="a closed mesh (stl, obj, ply, ..), a case file (.yaml), or the name of a shipped case",
+    )
     cut.add_argument(
         "--body-radius",
         type=float,
@@ -245,7 +249,7 @@ the positioner, the height of the support or the position of the part, the stick
 the rounding of corners, or the seams of closed beads.
 
 Parts of 1,500 targets and more are checked in chunks of whole beads, on all cores unless --jobs limits them. The
-verdict and the motion do not depend on the number of processes. Each process needs about 350 MB.
+verdict and the motion do not depend on the number of processes. Each process needs 250 to 800 MB.
 
 --motion writes rows of t_s, A1_deg .. A6_deg, E1_deg, E2_deg, arc, bead, layer, target.
 --motion-in reads such a file from any planner. It checks joint limits, speeds, accelerations, singularities, the

@@ -30,12 +30,18 @@ def console(stream: IO[str]) -> Console:
 
 
 def say(lines: Any, to: IO[str]) -> None:
-    """Print renderables, one a block, unless the command is to be quiet."""
+    """Print renderables, one a block, unless the command is to be quiet; in a pipe no line ends in blanks."""
     if is_quiet():
         return
     out = console(to)
     for line in lines:
-        out.print(line.translate(ERASED) if isinstance(line, str) else line)
+        shown = line.translate(ERASED) if isinstance(line, str) else line
+        if out.is_terminal:
+            out.print(shown)
+            continue
+        with out.capture() as captured:
+            out.print(shown)
+        to.write("".join(f"{text.rstrip(' ')}\n" for text in captured.get().removesuffix("\n").split("\n")))
 
 
 def put_json(where: str, document: dict[str, Any]) -> None:

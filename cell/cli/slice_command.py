@@ -60,8 +60,9 @@ def _slice_input(args: argparse.Namespace) -> Case:
     from pathlib import Path
 
     from ..case.read import load_case, parse_case, with_changes
+    from ..shipped import case_path
 
-    if args.input.endswith((".yaml", ".yml")):
+    if args.input.endswith((".yaml", ".yml")) or case_path(args.input) != Path(args.input):
         case = load_case(args.input)
     else:
         path = Path(args.input)

@@ -357,3 +357,19 @@ def test_an_arm_without_a_closed_form_says_not_found_and_proves_nothing(make_cas
     assert "damped least squares" in said
     assert "not found from 4 seeds" in said
     assert "proved" not in said
+
+
+def test_slice_takes_the_name_of_a_shipped_case(capsys):
+    assert main(["slice", "propeller"]) == 0
+    by_name = capsys.readouterr().out
+    assert main(["slice", str(ROOT / "models" / "cases" / "propeller.case.yaml")]) == 0
+    assert by_name == capsys.readouterr().out
+    assert main(["slice", "no_such_case"]) == 2
+
+
+@pytest.mark.parametrize("command", ["check", "slice", "scene"])
+def test_no_line_of_a_report_ends_in_blanks(make_case, capsys, command):
+    main([command, str(make_case(positioner={"position_mm": [4000, 0, 0]}))])
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) > 3
+    assert [line for line in lines if line != line.rstrip()] == []
