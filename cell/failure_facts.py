@@ -68,7 +68,7 @@ class Contact:
         pair: their names.
         world_xyz_mm: where they are nearest; None where that is not known.
         seen: at a sample, or how else it was found.
-        note: what else is to be said of it.
+        note: anything else about it, in words.
     """
 
     pair: tuple[str, ...]
@@ -89,7 +89,7 @@ class SearchEffort:
         retract_mm: how far that was to lead.
         seeds: from which each roll was searched.
         rolls: that were searched.
-        note: what else is to be said.
+        note: anything else, in words.
     """
 
     attempts: int | None = None

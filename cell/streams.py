@@ -45,7 +45,7 @@ class Stream:
         return self._stream is not None and not self._gone and self._stream.isatty()
 
     def write(self, text: str) -> int:
-        """Write, as far as somebody reads.
+        """Write, as far as there is a reader.
 
         Raises:
             InputError: a required stream is closed or its device is full.

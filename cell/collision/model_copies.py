@@ -49,7 +49,7 @@ def lent(model: mujoco.MjModel) -> Iterator[Switched]:
         model: what is copied; stays as it is.
 
     Yields:
-        The copy: a new one, or one that somebody has used before.
+        The copy: a new one, or one that was used before.
     """
     spare = _spare.setdefault(model, deque(maxlen=MOST_SPARE))
     try:

@@ -38,5 +38,5 @@ def bare_job(case: Case) -> Job:
     warnings = (Warning(Code.PART_ABSENT, PART_ABSENT_TEXT), *scene.warnings)
     job = Job(case, (), PartShape({}, {}, (), 0), targets, scene, warnings)
     job = Job(case, (), job.shape, targets, scene, (*warnings, *margin_warnings(job.solver)))
-    _ = job.drives  # what is wrong with them is to be said first
+    _ = job.drives  # computed here so that an error in them comes first
     return job

@@ -1,4 +1,4 @@
-"""Who computes a sweep: processes of one's own, or any executor of ``concurrent.futures``.
+"""Runs a sweep in worker processes, or in any executor of ``concurrent.futures``.
 
     with worker_processes(2) as pool:
         for result in completed(pool, units): ...          # units are callables that can be pickled

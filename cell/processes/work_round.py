@@ -61,7 +61,7 @@ class WorkRound:
 
         Args:
             work: what is to be done.
-            workers: who is there beside this process.
+            workers: the workers beside this process.
             send: gives a worker the item of a number.
             tick: called in this thread for every step of any item.
         """

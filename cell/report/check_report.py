@@ -1,4 +1,4 @@
-"""What is said of a result: its document and the terminal report.
+"""The report on a result, for the terminal.
 
 Use:
 

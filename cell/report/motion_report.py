@@ -1,4 +1,4 @@
-"""What is said of a motion from outside: the document, and the terminal report.
+"""The report on a motion from outside: its document, and lines for the terminal.
 
 Use:
 
@@ -131,7 +131,7 @@ def motion_lines(result: MotionResult, path: str) -> Iterator[RenderableType]:
 
 
 def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """What is said of a motion, as names and texts.
+    """The report on a motion, as names and texts.
 
     Args:
         result: what was found.

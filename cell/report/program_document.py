@@ -1,4 +1,4 @@
-"""What is said of a robot program that is checked.
+"""The report on a robot program: its document, and lines for the terminal.
 
 Use:
 

@@ -206,7 +206,7 @@ class Player:
         return f"E1 {e1:.5g}  E2 {e2:.5g} deg"
 
     def texts(self) -> list[tuple[str, str]]:
-        """What is said now, as names and values."""
+        """The figures at this moment, as names and values."""
         result, frame, t = self.result, self.frame(), self.result.job.targets
         i = frame.target
         sub_volume = t.sub_volume_index[i]

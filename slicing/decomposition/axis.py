@@ -57,7 +57,7 @@ class Axis:
         area_mm2: of those that are long and go round.
         spread_mm: how far their corners stray from them (half the width of the strip that holds most).
         rival: another axis with a large area about it, None where there is none.
-        lines: what is to be said of it.
+        lines: warnings about it.
         half_facet_rad: half the angle of the coarsest polygon that passes for round about it.
     """
 

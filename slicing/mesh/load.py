@@ -3,7 +3,7 @@
     mesh = load_mesh("blade.stl", units="mm")
     mesh.volume, mesh.bounds, mesh.warnings
 
-What is wrong with a file is said in one line (`PartError`). Each shell of what it holds is examined by itself.
+What is wrong with a file is reported in one line (`PartError`). Each shell of what it holds is examined by itself.
 """
 
 from __future__ import annotations

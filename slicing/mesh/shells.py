@@ -7,7 +7,7 @@ than not at all. From this follows, from the outermost shell inward:
 
 - a shell that lies in no material must face outward; one that does not is turned, with all that lies within it;
 - a shell within material is a *cavity* if it faces inward. If it faces outward it adds nothing and is dropped, which
-  is said: it may have been meant as a cavity;
+  is reported: it may have been meant as a cavity;
 - within a shell that had to be turned, a shell that then faces outward may be either: refused;
 - shells that overlap are united (manifold3d), if the result agrees with the winding numbers of the shells it came from;
 - faces of one shell that cross, or a cavity that breaks out of its shell, leave no definite solid: refused,

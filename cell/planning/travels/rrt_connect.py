@@ -4,7 +4,7 @@
     found = connect(space, TreeRoots(starts, goals, hints), free, attempts=1000, seed=0)
     found.path                     # (k, n) corners from one of the starts to one of the goals, or None
 
-``free(a, b)`` gives for many edges at once how far each is free; nothing here knows of arms or cells. The same
+``free(a, b)`` gives for many edges at once how far each is free; nothing here depends on arms or cells. The same
 questions give the same answers: the random numbers are seeded, and no clock is read. Radians.
 
 Source: Kuffner, LaValle, RRT-Connect: an efficient approach to single-query path planning, ICRA 2000; shortcuts after
