@@ -7,7 +7,7 @@ Exit codes: 0 feasible or done, 1 infeasible, 2 bad input or usage (one line on 
 the input: an error of the program itself (one line; with ``--verbose`` or ``RBAM_TRACEBACK=1`` a traceback before it),
 too little memory, or a worker process that was killed from outside; 130 interrupted, 128 + n ended by signal n.
 Documents go to files or, with ``-``, to stdout; the report to stdout; progress and errors to stderr. The exit code is
-the verdict, whoever reads the report and however far.
+the verdict, even if the report is read only in part.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .exit_codes import BAD_INPUT, ENDED_BY_SIGNAL, INTERRUPTED, NO_VERDICT
 from .verbosity import speaking
 
 DRAWS = ("replay",)  # commands that MuJoCo draws for
-TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are told with a traceback
+TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are printed with a traceback
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -366,7 +366,7 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     warnings = (*said, *scene.warnings, *split)
     job = Job(case, path.sliced, shape, targets, scene, warnings, path.laid, part.T_part_input, part.evidence, order)
     job = replace(job, warnings=(*job.warnings, *margin_warnings(job.solver)), given=toolpath)
-    _ = job.drives  # what is wrong with them is to be said before any search
+    _ = job.drives  # computed here so that an error in them comes before any search
     return job
 
 

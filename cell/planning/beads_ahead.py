@@ -184,7 +184,7 @@ class BeadsAhead:
             self._together.append(self._expected[at].plan)
 
     def _suited_beginning(self, beads: list[SearchedBead], nodes: list[StationNodes]) -> Floats | None:
-        """Where the first of beads begins best for all of them, (j,), rad, if it is not told where the arm comes from.
+        """Where the first of beads begins best for all of them, (j,), rad, if it is not known where the arm comes from.
 
         What follows begins near where the bead before ends: a short bead's own preference may be expensive for the long
         ones after it. Rolls beside the one that it prefers are tried, in its branch.

@@ -23,7 +23,7 @@ from slicing import Code, Warning
 from ..arrays import Ints
 from ..case.sections import Case
 from ..job.job import Job, speeds
-from ..motion.deposition_speed import HELD
+from ..motion.deposition_speed import KEPT_SHARE
 from ..motion.motion import NO_MOVE, Motion
 from ..rigid import inverse
 from ..units import METRES_PER_MM
@@ -37,7 +37,7 @@ WINDOW_S = 2.0  # over which points are counted
 LINE_BYTES = 100  # of a point's line
 SPEED_STEP = 1e-5  # m/s: the digits of a speed
 TRAVEL_STEP = 1e-4  # likewise of ways with the arc off
-FASTEST = 2.0  # m/s of a line: what a controller takes
+MOST_LINE_SPEED = 2.0  # m/s of a line: what a controller takes
 FIRST_SHARE = 0.1  # of the axes' speed to the first point, from wherever the arm is
 JOINT_LINE = 1e-6  # rad that rows may be off the straight line of all axes
 WAIT = 1e-4  # s: rows at one place that last longer are a wait
@@ -179,7 +179,7 @@ class _Made:
             edge = np.concatenate([[True], (np.diff(self.motion.target[weld]) != 0) | (np.diff(weld) > 1)])
             first = np.flatnonzero(edge)
             reached = np.maximum.reduceat(self.tcp_speed[weld], first)
-            slow = reached < HELD * asked[weld[first]]
+            slow = reached < KEPT_SHARE * asked[weld[first]]
             out[weld] = np.repeat(np.where(slow, reached, asked[weld[first]]), np.diff([*first, len(weld)]))
         return np.maximum(np.round(out / SPEED_STEP), 1) * SPEED_STEP
 
@@ -257,7 +257,7 @@ class _Made:
             joint = _farthest(self._on_axes, at, last)
             steps = slice(at, max(straight, joint))
             if straight > joint or (straight == joint and straight > at + 1):
-                speed = min(float(self.tcp_speed[steps].max()), FASTEST)
+                speed = min(float(self.tcp_speed[steps].max()), MOST_LINE_SPEED)
                 self._move(straight, MoveKind.LINEAR, speed=max(round(speed / TRAVEL_STEP), 1) * TRAVEL_STEP)
                 at = straight
             else:

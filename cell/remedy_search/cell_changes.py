@@ -193,7 +193,7 @@ class DepositionSpeed(Change):
 
     def bounds(self, job: Job, most: float) -> str:
         """The least share."""
-        return f"deposition speed down to {1 - most:.0%}"
+        return f"deposition speed down to {100 * (1 - most):.0f} %"
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ class BlendDistance(Change):
 
     def bounds(self, job: Job, most: float) -> str:
         """The least share."""
-        return f"rounding of corners down to {1 - most:.0%}"
+        return f"rounding of corners down to {100 * (1 - most):.0f} %"
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
     over = first_over_itself(targets, width_mm=5.0)       # {bead: target}
 
 The metal of a bead is there once its layer is done. What a bead of several turns has laid of itself is not: it is no
-obstacle to its own later turns, which is to be said.
+obstacle to its own later turns, which a warning says.
 """
 
 from __future__ import annotations

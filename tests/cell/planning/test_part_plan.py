@@ -1,4 +1,4 @@
-"""Beads that are expensive to search in full: put off until the rest of the part is planned."""
+"""Postponed beads: searched in full when the rest of the part is planned."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.infeasible_part import Judged
-from cell.planning.part_plan import BeadRun, PartPlan, PlannedRun, PutOff, plan_part, plan_runs
+from cell.planning.part_plan import BeadRun, PartPlan, PlannedRun, PostponedRun, plan_part, plan_runs
 from cell.planning.station_search import StationSearch
 
 FOUR = Chunking(0, 8)  # four chunks of ten beads
@@ -55,8 +55,8 @@ def out_of_reach(job: Job, *layers: int) -> Job:
 
 
 @pytest.fixture
-def doubtful(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
-    """Make every bead doubtful, and note which are searched in full."""
+def every_bead_postponed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
+    """Let every bead be postponed, and note which are searched in full."""
 
     def make(*, no_budget: bool) -> list[int]:
         monkeypatch.setattr(BeadsAhead, "bead", lambda *_: None)
@@ -77,19 +77,19 @@ def doubtful(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
 
 
 @pytest.mark.parametrize("chunking", [None, FOUR], ids=["one chunk", "four"])
-def test_beads_that_were_put_off_are_planned_as_they_would_have_been_at_once(job, doubtful, chunking):
-    at_once = doubtful(no_budget=False)
+def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_bead_postponed, chunking):
+    at_once = every_bead_postponed(no_budget=False)
     plan = planned(job, chunking)
     assert all(bead.whole for bead in plan.beads)
     firsts = [bead.first for bead in plan.beads]
     assert sorted(at_once) == firsts
-    later = doubtful(no_budget=True)
+    later = every_bead_postponed(no_budget=True)
     assert same(planned(job, chunking), plan)
     assert sorted(later) == firsts
 
 
-def test_where_a_bead_is_lost_those_that_were_put_off_are_never_searched_in_full(job, doubtful):
-    searched = doubtful(no_budget=True)
+def test_where_a_bead_is_lost_postponed_ones_are_never_searched_in_full(job, every_bead_postponed):
+    searched = every_bead_postponed(no_budget=True)
     plan = planned(out_of_reach(job, int(job.targets.layer.max())), None)
     assert searched == []
     assert plan.beads[-1].target_failures
@@ -100,9 +100,9 @@ def run_of(name: int, beads: int = 8) -> BeadRun:
     return BeadRun(tuple(range(100 * name, 100 * name + beads)), 100 * name + beads, None)
 
 
-def up_to(done: int) -> PutOff:
+def up_to(done: int) -> PostponedRun:
     beads = tuple(BeadPlan(k, k + 1, (), {}, {}) for k in range(done))
-    return PutOff(PartPlan(beads, (), {}), Judged())
+    return PostponedRun(PartPlan(beads, (), {}), Judged())
 
 
 class Planner:
@@ -117,20 +117,20 @@ class Planner:
         return list(self.answers.pop(0))
 
 
-def test_runs_without_doubtful_beads_are_planned_once():
+def test_runs_without_postponed_beads_are_planned_once():
     planner = Planner([PlannedRun(EMPTY, False, None), PlannedRun(EMPTY, True, None)])
     assert plan_runs([run_of(0), run_of(1)], planner) == [EMPTY, EMPTY]
     assert planner.asked == [[(0, 0, 0, False), (100, 0, 0, False)]]
 
 
-def test_a_loss_in_one_run_settles_the_doubtful_beads_of_all_others():
+def test_a_loss_in_one_run_settles_the_postponed_beads_of_all_others():
     first = PartPlan((), (), {})
     planner = Planner([PlannedRun(first, False, up_to(2)), PlannedRun(EMPTY, True, None)])
     assert plan_runs([run_of(0), run_of(1)], planner)[0] is first
     assert len(planner.asked) == 1
 
 
-def test_doubtful_beads_are_searched_in_rounds_of_more_and_more_until_one_is_lost():
+def test_postponed_beads_are_searched_in_rounds_of_more_and_more_until_one_is_lost():
     planner = Planner(
         [PlannedRun(EMPTY, False, up_to(1)), PlannedRun(EMPTY, False, None), PlannedRun(EMPTY, False, up_to(2))],
         [PlannedRun(EMPTY, False, up_to(3)), PlannedRun(EMPTY, False, up_to(4))],

@@ -315,7 +315,7 @@ def test_the_command_writes_everything_or_nothing(tmp_path: Path, capsys: pytest
     assert document["deviation"]["position_mm"] < 0.002
     with points.open() as file:
         assert len(list(csv.DictReader(file))) == sum(one["points"] for one in document["files"])
-    assert "read back, run and judged: feasible" in capsys.readouterr().out
+    assert "read back, run and checked: feasible" in capsys.readouterr().out
     assert main(["check", str(case), "--program", str(out / "KNOB.src"), "--json", str(tmp_path / "r.json")]) == 0
     report = json.loads((tmp_path / "r.json").read_text())
     assert report["schema"] == "rbam-motion-report/1"
