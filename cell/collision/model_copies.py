@@ -1,7 +1,7 @@
 """Copies of a model in which what collides is switched: lent for one look, then used again for the next.
 
     with lent(scene.model) as switched:       # nobody else has it meanwhile, in this thread or another
-        switched.geom_contype[:] = ..
+        switched.geom_contype[:] = 0
         mujoco.mj_collision(switched.model, data)
 
 The copy of a cell with two thousand deposits takes as long as hundreds of configurations and as much memory as the rest

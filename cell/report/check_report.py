@@ -1,9 +1,10 @@
-"""What is said of a result: the documents of the contracts, and the terminal report.
+"""What is said of a result: the terminal report.
 
 Use:
 
-    document = report_document(result)                # "rbam-report/1"
     for line in report_lines(result): ...             # rich renderables
+
+The document of the same result is made by ``cell.report.check_document``.
 """
 
 from __future__ import annotations

@@ -144,8 +144,8 @@ def points_near(job: Job, k: int) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.005, 0.02])
-@pytest.mark.parametrize("limits", [(0.05, 0.05), (0.2, 0.05), (0.05, 1.0), (0.6, 3.0)])
+@pytest.mark.parametrize("turn", [0.005, 0.02])
+@pytest.mark.parametrize("limits", [(0.05, 0.05), (0.6, 3.0)])
 def test_what_is_too_far_from_the_place_that_fits_best_is_wrong(good: Result, folder: Path, turn, limits) -> None:
     """Whatever figure it is reported by: no sample over a limit is left out."""
     q = good.motion.q.copy()
