@@ -9,6 +9,7 @@ import inspect
 import re
 from collections.abc import Iterator
 from functools import partial
+from textwrap import indent
 
 import pytest
 from support.paths import ROOT
@@ -24,16 +25,46 @@ MODULES = sorted(
 
 
 def example_of(module: str) -> str:
-    """The indented blocks of a module's docstring; what is indented below a line of text belongs to that."""
-    lines = (inspect.getdoc(importlib.import_module(module)) or "").splitlines()
+    """The blocks of code of a module's docstring, indented or not; what is indented below a line of text is that's."""
     out, before = [], ""
-    for line in lines:
+    for line in as_indented(doc_of(module)).splitlines():
         if line.startswith("    ") and (not before.strip() or (out and out[-1] == before[4:])):
             out.append(line[4:])
         elif not line.strip():
             out.append("")
         before = line
     return "\n".join(out)
+
+
+def as_indented(text: str) -> str:
+    """A docstring with every block of code indented that begins at the margin."""
+    blocks = re.split(r"\n\s*\n", text)
+    return "\n\n".join(indent(b, "    ") if k and is_code(b) else b for k, b in enumerate(blocks))
+
+
+def is_code(block: str) -> bool:
+    """Whether a line of a block, at the margin, is Python that calls or names something."""
+    return any(
+        isinstance(node, ast.Call | ast.Assign)
+        for line in block.splitlines()
+        if not line.startswith(" ")
+        for node in ast.walk(parsed(line) or parsed(f"{line}\n    pass") or ast.Module([], []))
+    )
+
+
+def test_blocks_at_the_margin_are_read() -> None:
+    text = "What it does.\n\nrows = made(3)   # of\nwith held(rows):\n    put(1)\n\nWords (of a kind) follow.\n"
+    assert as_indented(text).splitlines()[2:5] == [
+        "    rows = made(3)   # of",
+        "    with held(rows):",
+        "        put(1)",
+    ]
+    assert as_indented(text).endswith("\n\nWords (of a kind) follow.\n")
+    assert example_of("cell.job.reordered").strip().startswith("job = in_order(")
+
+
+def doc_of(module: str) -> str:
+    return inspect.getdoc(importlib.import_module(module)) or ""
 
 
 def statements(example: str) -> Iterator[tuple[str, ast.Module | None]]:

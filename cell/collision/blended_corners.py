@@ -1,6 +1,6 @@
 """Corners as they are run: a controller rounds them, off the rows that were checked, and what it runs is checked too.
 
-    step, nearest = cut_corners(checker, radius, Path(q, s, zone), deposits_laid, found, least)  # steps not free
+    step, nearest = cut_corners(checker, radius, BlendedPath(q, s, zone), deposits_laid, found, least)  # steps not free
 
 A controller may round less than is asked. Most corners are proved free however much they are rounded
 (``blend_proofs``, ``blend_sheets``), and only steps that this leaves are checked further: the path that is rounded

@@ -1,7 +1,7 @@
 """What the case's section ``table`` asks for, compared with the sub-volumes and the positioner.
 
-order = build_order(case, names)          # the order in which its poses build the sub-volumes
-check_table(case, scene, names, layers)   # refuses what cannot be had
+runs = build_runs(case, names, layers)    # the order in which its poses build the layers
+check_table(case, scene)                  # refuses what the positioner cannot do
 """
 
 from __future__ import annotations

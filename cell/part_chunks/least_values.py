@@ -36,7 +36,7 @@ class LeastValue:
 
 @dataclass(frozen=True, eq=False)
 class RunSamples:
-    """RunSamples of beads and of the ways to them.
+    """Samples of beads and of the ways to them.
 
     Attributes:
         axes: configurations, (m, j), rad.

@@ -1,7 +1,7 @@
 """Which table angles work: the verdict at every pose of a grid, on all cores, resumable.
 
     poses = grid(case, "-90:90:15")
-    found = sweep(case, poses, processes=2, log="sweep.jsonl", progress=sys.stderr)
+    found = sweep(case, poses, processes=2, log="sweep.jsonl")
     found = sweep(case, poses, executor=ThreadPoolExecutor(2))       # or any other of concurrent.futures
     document = sweep_document(case, found)                           # "rbam-sweep/1"
 

@@ -2,8 +2,9 @@
 
 Use:
 
-    document = report_document(result)                # "rbam-report/1"
     for line in report_lines(result): ...             # rich renderables
+
+The document of the same result is made by ``cell.report.check_document``.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     scene = compose(case, part)               # part: slicing.deposits.part_shape.PartShape
     scene.model, scene.chain                  # MuJoCo's model, the arm as arrays
-    scene.T_base_part(E1, E2)                 # where the part is, seen from the arm
-    standalone_xml(scene)                     # one MJCF that plain MuJoCo loads
+    scene.T_base_part(E1, E2)                 # rad; where the part is, seen from the arm
 
+``cell.scene.standalone`` writes it as one MJCF that plain MuJoCo loads.
 What the model is compiled from takes two to three times the memory of the model, and is not kept. Every model keeps its
 own names where it can, so that a user can swap any of them and bind other names in the case file;
 what a shape belongs to is known by its number, never by its name. World frame: z up, metres.

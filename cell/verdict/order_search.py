@@ -1,8 +1,8 @@
 """The order in which layers are built on a table that indexes, and the poses that suit the sub-volumes.
 
 search = OrderSearch(job)
-result = built(in_order(job, search.runs()))      # the order with the shortest turns
-search.learned(result)                            # True where the result shows further layers that lock others out
+search.runs()             # the order with the shortest turns; `cell.job.reordered` builds the job in it
+search.learned(result)    # of that job: True where it shows further layers that lock others out
 """
 
 from __future__ import annotations

@@ -115,16 +115,23 @@ def _posed(job: Job, row: Ints, q: Floats) -> SampledMotion:
 class OnBead:
     """Samples against their beads.
 
+    What a sample is judged by is the place of the bead that fits it best in distance and direction together. Another
+    place can be nearer to it where the wire's direction is a worse fit.
+
     Attributes:
-        bead_distance: distance from the bead, (m,), m.
-        wire_angle: angle between the wire and its direction there, (m,), rad.
+        bead_distance: distance from the bead's nearest place, (m,), m.
+        nearest_angle: angle between the wire and its direction at the nearest place, (m,), rad.
+        judged_distance: distance from the place that fits best, (m,), m; not less.
+        wire_angle: angle between the wire and its direction at the place that fits best, (m,), rad.
         progress: length along the bead from its first target, (m,), m; on the chord that the sample names where that is
             as near as any but for :data:`ALIKE`: where a bead runs back another pass over the place is as near.
-        normal: deposition direction there, (m, 3), part frame.
+        normal: deposition direction at the place that fits best, (m, 3), part frame.
         roll: about the wire, (m,), rad.
     """
 
     bead_distance: Floats
+    nearest_angle: Floats
+    judged_distance: Floats
     wire_angle: Floats
     progress: Floats
     normal: Floats
@@ -150,14 +157,14 @@ def against_beads(job: Job, sampled: SampledMotion, target: Ints) -> OnBead:
         target: last target passed of each, (m,).
 
     Returns:
-        The measures at the nearest point of those chords.
+        The measures; each chord stands for its point that is nearest to the sample.
     """
     t = job.targets
     p, n = t.position * METRES_PER_MM, t.normal
     x, z = sampled.Ts_part_tcp[:, :3, 3], sampled.Ts_part_tcp[:, :3, 2]
     along = along_beads(job)
     best = np.full(len(x), np.inf)
-    off, wire_angle, progress = (np.full(len(x), np.inf) for _ in range(3))
+    nearest, nearest_angle, off, wire_angle, progress = (np.full(len(x), np.inf) for _ in range(5))
     normal = n[target]
     named_score, named_progress = best, progress
     for shift in (0, -1, 1):
@@ -171,6 +178,8 @@ def against_beads(job: Job, sampled: SampledMotion, target: Ints) -> OnBead:
         # a chord may be nearer whose direction is another; where chords meet, it is the one that the row names
         score = np.maximum(away / ALIKE.position, turned / ALIKE.angle)
         better = mine & (score < best)
+        nearer = mine & (away < nearest)
+        nearest, nearest_angle = np.where(nearer, away, nearest), np.where(nearer, turned, nearest_angle)
         here = along[e] + s * (along[e + 1] - along[e])
         if shift == 0:
             named_score, named_progress = np.where(mine, score, np.inf), here
@@ -179,7 +188,7 @@ def against_beads(job: Job, sampled: SampledMotion, target: Ints) -> OnBead:
         progress = np.where(better, here, progress)
         normal = np.where(better[:, None], towards, normal)
     progress = np.where(named_score <= best + 1, named_progress, progress)
-    return OnBead(off, wire_angle, progress, normal, _roll(sampled, normal))
+    return OnBead(nearest, nearest_angle, off, wire_angle, progress, normal, _roll(sampled, normal))
 
 
 def _roll(sampled: SampledMotion, normal: Floats) -> Floats:

@@ -16,6 +16,7 @@ import numpy as np
 from ik.chain import Floats
 from ik.singularity import KINDS, margins, sides, smallest_singular_value
 
+from ..case.sections import Checks
 from ..collision.clearances import Clearances
 from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
@@ -50,8 +51,8 @@ class MotionResult:
         clearance: least clearance, m, with the row and the geoms; None where nothing is nearer than 50 mm.
         singularity: the margin that is smallest relative to its limit, with its kind and row; None without an arc.
         sigma: smallest singular value while welding.
-        bead_distance: greatest distance from the bead, m, and the row.
-        wire_angle: greatest angle of the wire off its direction, rad, and the row.
+        bead_distance: greatest distance from the bead's nearest place, m, and the row.
+        wire_angle: greatest angle of the wire off its direction at the place that fits best, rad, and the row.
         use: greatest share of its speed, and of its acceleration, that any axis needs, (2, j + 2).
         held_speed: how well the deposition speed is held.
         warnings: one line each, the job's first.
@@ -193,16 +194,36 @@ def _limit_findings(job: Job, motion: Motion, q: Floats) -> list[Finding]:
 def _bead_findings(job: Job, sampled: SampledMotion, on: OnBead) -> list[Finding]:
     """Rows and what lies between them that are not on the bead."""
     checks, window = job.case.checks, job.window
+    off_bead, off_wire = _off_as_reported(checks, on)
     found = []
     for kind, values, limit in (
-        (Kind.OFF_BEAD, on.bead_distance / METRES_PER_MM, checks.off_bead_mm),
-        (Kind.OFF_WIRE, np.rad2deg(on.wire_angle), checks.off_wire_deg),
+        (Kind.OFF_BEAD, off_bead, checks.off_bead_mm),
+        (Kind.OFF_WIRE, off_wire, checks.off_wire_deg),
         (Kind.ROLL_OUTSIDE, np.rad2deg(np.abs(window.excess(on.roll))), np.rad2deg(ROLL_SLACK)),
     ):
-        for a, b, k in stretches_of(values > limit * (1 + 1e-9) + 1e-6, sampled.row, values):
+        for a, b, k in stretches_of(values > _with_rounding(limit), sampled.row, values):
             failure = Failure(kind, round(float(values[k]), 4), round(float(limit), 4), place=IN_ROWS)
             found.append(Finding(failure, a, b))
     return found
+
+
+def _off_as_reported(checks: Checks, on: OnBead) -> tuple[Floats, Floats]:
+    """Distances from the bead, mm, and angles off its direction, degrees, to be compared with the limits.
+
+    A sample that is too far from the place that fits it best is wrong. It is reported by its distance from the nearest
+    place; if that is within its limit, by the angle there; if both are, by the distance from the place that fits best.
+    """
+    distance, judged = on.bead_distance / METRES_PER_MM, on.judged_distance / METRES_PER_MM
+    angle, there = np.rad2deg(on.wire_angle), np.rad2deg(on.nearest_angle)
+    near = distance <= _with_rounding(checks.off_bead_mm)
+    turned = there > _with_rounding(checks.off_wire_deg)
+    wrong = judged > _with_rounding(checks.off_bead_mm)
+    return np.where(near & ~turned, judged, distance), np.where(near & wrong, np.maximum(there, angle), angle)
+
+
+def _with_rounding(limit: float) -> float:
+    """A limit in mm or degrees with what rounding may add to it."""
+    return limit * (1 + 1e-9) + 1e-6
 
 
 def _singular_findings(job: Job, sampled: SampledMotion, margin: Floats) -> list[Finding]:

@@ -3,7 +3,7 @@
 Use:
 
     player = Player(result)
-    player.press(ord(" ")); player.advance(0.04); player.frame()
+    player.key(ord(" ")); player.advance(0.04); player.frame()
 """
 
 from __future__ import annotations

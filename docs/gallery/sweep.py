@@ -1,7 +1,7 @@
 """Every table pose of a grid gets the verdict of a check, and the best pose is named.
 
 A pose at which some target is proved out of reach is settled in a few milliseconds, without a search. The others get a
-whole check. `workers` is the number of processes.
+whole check. `processes` is the number of processes.
 """
 
 from pathlib import Path

@@ -3,7 +3,8 @@
 Along z, the innermost band of the mesh that looks outward (`slicing.decomposition.turned_faces`) is the body; what lies
 outside it stands on it:
 
-    outline = body_outline(find_bands(vertices, faces))     # frame: z is the axis
+    bands = find_bands(PartFaces.of(vertices, faces, noise_mm))     # frame: z is the axis
+    outline = body_outline(bands)
     outline.radius_at(z), outline.sections                  # lowest first
 
 A section that sticks out farther than it is long is a flange: a ring that stands on the body, no step of it. Not so

@@ -6,6 +6,7 @@ program is read back, run as the controller would, and judged.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -33,6 +34,11 @@ def feasible_cases() -> Iterator[Path]:
 def test_every_case_but_the_tilted_one_is_feasible() -> None:
     left = {path.name for path in CASES} - {path.name for path in feasible_cases()}
     assert left == {"propeller_tilted.case.yaml"}
+
+
+def test_the_cases_readme_lists_them_all() -> None:
+    listed = re.findall(r"^\| `(\w+)`", (MODELS_DIR / "cases" / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(listed) == [path.name.removesuffix(".case.yaml") for path in CASES]
 
 
 @pytest.mark.slow

@@ -151,7 +151,7 @@ def _ends(stretch: Stretch) -> tuple[Ints, Floats, Floats]:
 
 
 def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, Ints]:
-    """MotionSamples half-way along steps, and the edges on which there is none."""
+    """Samples half-way along steps, and the edges on which there is none."""
     chain, placed = context.solver.chain, context.placed
     edges, starts, ends = _ends(stretch)
     edge, start, end = edges[step], starts[step], ends[step]

@@ -9,6 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from support.jobs.boss_motion import boss_case, job_of, result_of
 
 from cell.failure import Kind
@@ -17,7 +18,7 @@ from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion
 from cell.verdict.result import Result
 from cell.verification.bead_order import FASTEST_SHARE
-from cell.verification.bead_samples import against_beads, along_beads
+from cell.verification.bead_samples import FINE, against_beads, along_beads, dense
 from cell.verification.bead_samples import rows_of as way_of
 from cell.verification.motion_check import MotionResult, check_motion
 
@@ -106,6 +107,60 @@ def test_how_far_off_the_bead_the_tcp_is(good: Result, folder: Path) -> None:
     inside, outside = (look(asked(folder, off_bead_mm=share * off, off_wire_deg=1.0), turned) for share in (1.02, 0.98))
     assert Kind.OFF_BEAD not in {f.failure.kind for f in inside.findings}
     assert Kind.OFF_BEAD in {f.failure.kind for f in outside.findings}
+
+
+@pytest.mark.parametrize(("axis", "turn"), [(0, 2e-4), (5, 0.02), (3, -0.01)])
+def test_the_distance_reported_is_that_from_the_bead(good: Result, axis: int, turn: float) -> None:
+    """Against points 10 um apart on the bead's stretches next to the row's target."""
+    q = good.motion.q.copy()
+    q[:, axis] += turn
+    job, m = good.job, replace(good.motion, q=q)
+    fine = dense(job, m, way_of(job, m), FINE, m.welding)
+    target = m.target[fine.row]
+    seen = np.zeros(len(target))
+    for k in np.unique(target):
+        mine = np.flatnonzero(target == k)
+        away = cKDTree(points_near(job, k)).query(fine.Ts_part_tcp[mine, :3, 3])[0]
+        seen[mine] = away
+    on = against_beads(job, fine, target)
+    np.testing.assert_allclose(on.bead_distance, seen, rtol=1e-3, atol=5e-6)
+    found = look(job, m)
+    assert found.bead_distance[0] == on.bead_distance.max()
+    assert found.bead_distance[1] == fine.row[on.bead_distance.argmax()] + 1
+    off = [f.failure.measure for f in found.findings if f.failure.kind is Kind.OFF_BEAD]
+    assert max(off) == pytest.approx(seen.max() * 1e3, abs=5e-3)
+
+
+def points_near(job: Job, k: int) -> np.ndarray:
+    """Points on the stretches of a bead next to target k, (m, 3), m."""
+    t = job.targets
+    ends = [
+        (t.position[e] * 1e-3, t.position[e + 1] * 1e-3)
+        for e in (k - 1, k, k + 1)
+        if 0 <= e < len(t) - 1 and t.bead[e] == t.bead[e + 1] == t.bead[k]
+    ]
+    return np.concatenate(
+        [a + np.linspace(0, 1, int(np.linalg.norm(b - a) / 1e-5) + 2)[:, None] * (b - a) for a, b in ends]
+    )
+
+
+@pytest.mark.parametrize("turn", [0.005, 0.02])
+@pytest.mark.parametrize("limits", [(0.05, 0.05), (0.6, 3.0)])
+def test_what_is_too_far_from_the_place_that_fits_best_is_wrong(good: Result, folder: Path, turn, limits) -> None:
+    """Whatever figure it is reported by: no sample over a limit is left out."""
+    q = good.motion.q.copy()
+    q[:, 5] += turn
+    job, m = asked(folder, off_bead_mm=limits[0], off_wire_deg=limits[1]), replace(good.motion, q=q)
+    fine = dense(job, m, way_of(job, m), FINE, m.welding)
+    on = against_beads(job, fine, m.target[fine.row])
+    assert (on.judged_distance >= on.bead_distance).all()
+    wrong = (on.judged_distance * 1e3 > limits[0] + 1e-5) | (np.rad2deg(on.wire_angle) > limits[1] + 1e-5)
+    told = np.zeros(len(m.t_s), dtype=bool)
+    for f in look(job, m).findings:
+        if f.failure.kind in (Kind.OFF_BEAD, Kind.OFF_WIRE):
+            told[f.row - 1 : f.to_row] = True
+    assert set(np.flatnonzero(told)) >= set(fine.row[wrong])
+    assert wrong.any() == told.any()
 
 
 @pytest.mark.parametrize(("back_mm", "wrong"), [(0.04, False), (0.08, True)])
