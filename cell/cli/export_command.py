@@ -103,15 +103,16 @@ def _say_what_was_written(made: Exported, paths: Sequence[Path], left_over: list
     """What was written, on stdout."""
     import numpy as np
 
+    from ..printable import counted
     from ..units import METRES_PER_MM
 
     assert made.gap is not None
     assert made.result is not None
     written, gap = made.written, made.gap
-    files = f"{len(made.files)} file{'s' * (len(made.files) != 1)}"
+    took_s = np.ptp(made.result.run.motion.t_s)
     sys.stdout.write(
-        f"{written.program.name}: {written.points} points of {written.rows} rows, in {files}, "
-        f"{np.ptp(made.result.run.motion.t_s):.0f} s; read back, run and checked: feasible, within "
+        f"{written.program.name}: {written.points} points of {written.rows} rows, "
+        f"in {counted(len(made.files), 'file')}, {took_s:.0f} s; read back, run and checked: feasible, within "
         f"{gap.position / METRES_PER_MM:.4f} mm and {np.rad2deg(gap.angle):.4f} deg of the checked motion\n"
     )
     for path in paths:

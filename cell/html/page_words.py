@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..printable import counted
 from ..report.check_document import streamed_report
 from ..report.remedy_lines import whom_it_helps
 from ..units import METRES_PER_MM
@@ -117,14 +118,14 @@ class PageWords:
         job, d, n = self.result.job, self.document, len(self.result.rows)
         yield "Table pose", self._pose()
         looked = self.result.looked_at
-        of = f"{n} targets" if looked == n else f"the {looked} targets checked ({n - looked} were not)"
+        of = counted(n, "target") if looked == n else f"the {looked} targets checked ({n - looked} were not)"
         name = "Targets without a fault" if isinstance(self.result, ShownMotion) else "Weldable"
         yield name, f"{looked - self.result.infeasible} of {of}"
         layers = sum(job.layers)
         beads = int(job.targets.bead.max()) + 1
-        parts = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) > 1)}"
+        sizes = (len(job.layers), "sub-volume"), (layers, "layer"), (beads, "bead")
         made = f"sliced {escape(job.case.slicing.strategy)}" if job.sliced else "of a toolpath"
-        yield "Part", f"{parts}, {layers} layers, {beads} beads, {made}"
+        yield "Part", ", ".join([*(counted(*one) for one in sizes), made])
         if self.result.motion is not None:
             motion = d["motion"]
             waits = f", waiting {_duration(motion['dwell_s'])}" if motion["dwell_s"] else ""

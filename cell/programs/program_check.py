@@ -23,6 +23,7 @@ from ..failure import IN_ROWS, Failure, Kind
 from ..job.job import Job
 from ..motion.file_order import in_motion_order
 from ..motion.motion_file import ReadMotion
+from ..printable import counted
 from ..units import METRES_PER_MM
 from ..verification.bead_order import Finding
 from ..verification.motion_check import MotionResult, check_motion
@@ -275,7 +276,7 @@ def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
             yield Warning(
                 Code.PROGRAM_TABLE,
                 f"{move_label(run.program, int(first[0]))}: {name} moves with the arc on, by "
-                f"{np.rad2deg(max(sizes, float(turned[:, k].max()))):.3g} deg (in {len(first)} moves)",
+                f"{np.rad2deg(max(sizes, float(turned[:, k].max()))):.3g} deg (in {counted(len(first), 'move')})",
             )
     if mode != "fixed":
         return  # it is to stand where each group of layers has it

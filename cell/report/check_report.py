@@ -18,6 +18,7 @@ from slicing import share_of, worst_angle
 
 from ..job.part_input import found_lines
 from ..motion.deposition_speed import speed_document
+from ..printable import counted
 from ..units import METRES_PER_MM
 from ..verdict.result import Result
 from ..verdict.severity import worst_first
@@ -88,19 +89,19 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     layers = sum(job.layers)
     beads = int(job.targets.bead.max()) + 1
     made = job.case.slicing.strategy if job.sliced else "from a toolpath"
-    volumes = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) != 1)}"
-    yield "part", f"{volumes}, {made}: {layers} layers, {beads} beads, {n} targets"
+    sizes = ", ".join(counted(*one) for one in ((layers, "layer"), (beads, "bead"), (n, "target")))
+    yield "part", f"{counted(len(job.layers), 'sub-volume')}, {made}: {sizes}"
     for line in found_lines(job.T_part_input, job.evidence):
         name, text = line.split(": ", 1)
         yield name, text
     good, looked = result.looked_at - result.infeasible, result.looked_at
-    of = f"{n} targets" if looked == n else f"the {looked} targets checked"
+    of = counted(n, "target") if looked == n else f"the {looked} targets checked"
     yield "weldable", f"{good} of {of} ({job.solver.name}, roll {roll_text_of(result)})"
     counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
     if counts:
         yield "not weldable", counts
     if looked < n:
-        left_out = f"{n - looked} of {n} targets"
+        left_out = f"{n - looked} of {counted(n, 'target')}"
         yield "not checked", f"{left_out}: the part is infeasible without them (--every-target checks them)"
     clearance, singular = least_document(result, "clearance"), least_document(result, "singularity")
     if clearance:

@@ -17,6 +17,7 @@ import numpy as np
 from ik.chain import Floats
 from slicing import typed
 
+from ..printable import counted
 from ..programs.exported.export_document import base_document, line_document, tool_document
 from ..programs.program import MoveKind
 from ..programs.program_check import PROGRAM_REASONS, ProgramFinding, ProgramResult
@@ -117,11 +118,10 @@ def program_lines(result: ProgramResult, path: str) -> Iterator[RenderableType]:
 def _facts(result: ProgramResult, document: dict[str, Any]) -> Iterator[tuple[str, str]]:
     program = result.program
     passed = ", ".join(f"{kind}: {n}" for kind, n in program.passed_over.items())
-    files = max(len(program.files), 1)
     kinds = np.bincount(program.moves.kind, minlength=len(MoveKind))
     names = {"PTP": kinds[MoveKind.AXES], "LIN": kinds[MoveKind.LINEAR], "CIRC": kinds[MoveKind.CIRCULAR]}
     shown = ", ".join(f"{count} {name}" for name, count in names.items() if count)
-    yield "program", f"{program.name}: {shown} in {files} file{'s' * (files != 1)}"
+    yield "program", f"{program.name}: {shown} in {counted(max(len(program.files), 1), 'file')}"
     yield from motion_facts(result.found, document)
     if passed:
         yield "not run", passed

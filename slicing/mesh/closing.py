@@ -340,7 +340,7 @@ def _divided(name: str, points: Floats, faces: Ints, edges: MeshEdges, lines: li
     size = 3 * len(faces)
     graph = coo_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(size, size))
     _, label = connected_components(graph, directed=False)
-    lines.append(repaired(f"{name}: divided {len(many)} edges shared by four faces or more"))
+    lines.append(repaired(f"{name}: divided {len(many)} edge{'s' * (len(many) != 1)} shared by four faces or more"))
     where = np.unique(label, return_index=True)[1]
     return points[faces.ravel()[where]], label.reshape(-1, 3).astype(np.int64)
 

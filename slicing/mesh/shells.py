@@ -175,7 +175,9 @@ class _Shells:
         name, kept = self.mesh.name, self.solid
         if not kept.all():
             lost = float(np.abs(self.volume[~kept]).sum())
-            lines.append(repaired(f"{name}: dropped {int((~kept).sum())} shells without volume ({lost:.2g} mm³)"))
+            dropped = int((~kept).sum())
+            shells = f"{dropped} shell{'s' * (dropped != 1)}"
+            lines.append(repaired(f"{name}: dropped {shells} without volume ({lost:.2g} mm³)"))
         sign = self.sign.copy()
         if (sign[kept] > 0).all():
             return sign, kept

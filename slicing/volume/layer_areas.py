@@ -164,7 +164,7 @@ def _with_volume_line(held: HeldVolume, sliced: SlicedSubVolume) -> HeldVolume:
     why.append(f"the stack ends {abs(held.end_mm):.2f} mm {where} ({100 * held.end_mm3 / held.volume_mm3:+.1f} %)")
     wrong = {line.layer for line in held.lines if line.code in WRONG_LAYER}
     if wrong:
-        why.append(f"{len(wrong)} layers are wrong")
+        why.append(f"{len(wrong)} layers are wrong" if len(wrong) > 1 else "1 layer is wrong")
     elif sliced.body_z_mm != NO_ENDS:
         why.append("some of it lies over the body's ends")
     elif sliced.strategy == "planar":

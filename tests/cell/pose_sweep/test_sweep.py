@@ -226,6 +226,8 @@ def test_the_terminal_shows_a_map_for_every_cell_or_the_best_one(make_case):
     assert "7+" in text
     assert text.count("yes") == 8  # seven and the legend
     assert "height 1 mm" in text
+    tilts = [line.split()[0] for line in text.splitlines() if line.endswith(("yes", "+")) and "of" not in line]
+    assert tilts == ["10", "0"] * 2  # E1 up, as in the picture
     many = [row_of(0.0, 0.0, height_mm=float(h), gravity_max_deg=90 - h) for h in range(6)]
     text = text_of(sweep_document(case, many))
     assert text.count("yes") == 2

@@ -66,8 +66,10 @@ def test_an_endless_turn_takes_every_angle_and_is_swept_once_round(job):
     for deg in (180, 800, -1000):
         made.scene.check_table(0.0, np.deg2rad(deg))
     agrees(made, model, 0.5, 9.0, {"E1": 0.5, "E2": 9.0})
-    with pytest.raises(InputError, match=r"E1 = 140 deg is outside the positioner's range -135 .. 135"):
+    with pytest.raises(InputError, match=r"E1 = 140 deg is outside the positioner's range -135 .. 135 deg$"):
         made.scene.check_table(np.deg2rad(140), 0.0)
+    with pytest.raises(InputError, match=r"E1 = 400 deg is outside .*; equals 40 deg, which is inside$"):
+        made.scene.check_table(np.deg2rad(400), 0.0)
 
 
 @pytest.mark.parametrize(("missing", "kept"), [(0, "E2"), (1, "E1")])

@@ -16,6 +16,7 @@ from cell.failure import Kind
 from cell.job.job import Job
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion
+from cell.verdict.failure_words import failure_in_words
 from cell.verdict.result import Result
 from cell.verification.bead_order import FASTEST_SHARE
 from cell.verification.bead_samples import FINE, against_beads, along_beads, dense
@@ -221,3 +222,5 @@ def test_how_fast_a_bead_may_be_laid(good: Result, share: float, wrong: bool) ->
     found = look(good.job, replace(m, t_s=np.concatenate([[0.0], np.cumsum(dt)])))
     kinds = {f.failure.kind for f in found.findings}
     assert (Kind.DEPOSITION_SPEED in kinds) == wrong
+    fast = [f.failure for f in found.findings if f.failure.kind is Kind.DEPOSITION_SPEED]
+    assert all("of the deposition speed reached; limit 105 %" in failure_in_words(one) for one in fast)

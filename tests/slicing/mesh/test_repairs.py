@@ -198,7 +198,7 @@ def test_solids_that_share_an_edge_get_one_each():
     points, number = np.unique(points, axis=0, return_inverse=True)
     assert len(points) == 14
     mesh = sound(points, number.reshape(-1)[faces])
-    said(mesh, "divided 1 edges shared by four faces or more")
+    said(mesh, "divided 1 edge shared by four faces or more")
     assert len(mesh.vertices) == 16
     assert mesh.volume == pytest.approx(6000 + 5 * 8 * 30)
     curves = intersect(mesh, Plane((0, 0, 13.0), (0.0, 0.0, 1.0)))
@@ -292,7 +292,7 @@ def test_a_sheet_with_two_sides_encloses_nothing():
     flat = BOX.vertices * [1, 1, 0] + [0, 0, 50.0]
     mesh = sound(*joined(BOX, (flat, BOX.faces)))
     assert mesh.volume == pytest.approx(6000)
-    said(mesh, "dropped 1 shells without volume")
+    said(mesh, "dropped 1 shell without volume")
 
 
 @settings(max_examples=25, deadline=None)

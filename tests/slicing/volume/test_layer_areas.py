@@ -131,7 +131,7 @@ def test_a_lost_loop_is_seen(strategy):
     assert lines[0].startswith(f"SV: layer {k}: its curves enclose")
     assert [line.code for line in lines] == ["layer_area", "layer_length", "layer_loops", "layer_volume"]
     assert {line.layer for line in lines[:-1]} == {k}
-    assert "1 layers are wrong" in lines[-1]
+    assert "1 layer is wrong" in lines[-1]
 
 
 @pytest.mark.parametrize("z_mm", [NO_ENDS, (-14.0, 60.0)])
