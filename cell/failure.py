@@ -4,10 +4,10 @@ Use:
 
     failure = Failure(Kind.JOINT_LIMIT, measure=2.1, axis="A5")
     failure.reason, failure.measure, failure.unit         # "joint_limit", 2.1, "deg"
-    failure.document()                                    # {"axis": "A5", "over_deg": 2.1}, as the contracts write it
+    failure.document()                                    # {"axis": "A5", "over_deg": 2.1}, as documents write it
 
 Searches make these records, ``cell.verdict.words`` says them, and ``document`` writes what docs/formats.md describes.
-Millimetres and degrees, as in the contracts.
+Millimetres and degrees, as in the documents.
 """
 
 from __future__ import annotations
@@ -212,7 +212,7 @@ class Failure:
         return self if self.contact is None else replace(self, contact=replace(self.contact, seen=seen))
 
     def document(self) -> dict[str, Any]:
-        """As the contracts write it: see "detail" in docs/formats.md."""
+        """As documents write it: see "detail" in docs/formats.md."""
         found = dict(self._place_items())
         if self._is_on_a_way:
             found["on_the_way"] = self.kind.word
@@ -315,7 +315,7 @@ class Failure:
 
 def _effort_items(effort: SearchEffort) -> Iterator[tuple[str, Any]]:
     if effort.seeds is not None:
-        yield "search", f"not found from {effort.seeds} seeds at {effort.rolls} roll(s)"
+        yield "search", f"not found from {effort.seeds} seeds at {effort.rolls} roll{'s' * (effort.rolls != 1)}"
     for key, value in (("reached_mm", effort.reached_mm), ("retract_mm", effort.retract_mm)):
         if value is not None:
             yield key, value

@@ -5,7 +5,7 @@ Use:
     FailurePlace(Where.BEAD, from_target=3)
     Contact(("torch_nozzle", "deposit/3/SV1/0"), seen=Seen.ROUNDED)
 
-``cell.failure`` has the failure itself, and these names as well. Millimetres and degrees, as in the contracts.
+``cell.failure`` has the failure itself, and these names as well. Millimetres and degrees, as in the documents.
 """
 
 from __future__ import annotations
@@ -66,9 +66,9 @@ class Contact:
 
     Attributes:
         pair: their names.
-        world_xyz_mm: where they are nearest; None where that is not told.
+        world_xyz_mm: where they are nearest; None where that is not known.
         seen: at a sample, or how else it was found.
-        note: what else is to be said of it.
+        note: anything else about it, in words.
     """
 
     pair: tuple[str, ...]
@@ -89,7 +89,7 @@ class SearchEffort:
         retract_mm: how far that was to lead.
         seeds: from which each roll was searched.
         rolls: that were searched.
-        note: what else is to be said.
+        note: anything else, in words.
     """
 
     attempts: int | None = None

@@ -1,4 +1,4 @@
-"""Progress of long work, reported to whoever asked for it.
+"""Progress of long work, reported to the caller.
 
     def tell(what: str, done: int, total: int) -> None:
         print(f"{what}: {done} of {total}")

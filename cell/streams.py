@@ -4,8 +4,8 @@
         print("feasible")
 
 A reader that goes away early (``rbam check | head -1``) is not an error. A standard output that is closed or full is
-one, and is told in one line. A character that the terminal's encoding lacks is printed as a question mark. What cannot
-be said on standard error is left out.
+one, and is reported in one line. A character that the terminal's encoding lacks is printed as a question mark.
+What cannot be written to standard error is left out.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Stream:
         return self._stream is not None and not self._gone and self._stream.isatty()
 
     def write(self, text: str) -> int:
-        """Write, as far as somebody reads.
+        """Write, as far as there is a reader.
 
         Raises:
             InputError: a required stream is closed or its device is full.
@@ -91,7 +91,7 @@ def reason(error: Exception) -> str:
 
 @contextmanager
 def standard_streams() -> Iterator[None]:
-    """Give ``sys.stdout`` and ``sys.stderr`` the manners of :class:`Stream` for a while."""
+    """Let ``sys.stdout`` and ``sys.stderr`` behave as :class:`Stream` does, inside the block."""
     before = sys.stdout, sys.stderr
     _hold_numbers()
     for stream, errors in ((sys.stdout, "replace"), (sys.stderr, "backslashreplace")):

@@ -27,7 +27,7 @@ that its imported planes fixed. The shipped case assumes:
   at -45/0 and straight up at 90/180, which is the purpose of a tilting table;
 - the positioner stands {x:g} mm in front of the arm, its frame turned by {yaw:g} degrees about z, so that it
   tilts across the arm's plane;
-- the roll is held at {roll:g} degrees: the torch's neck lies across the part's axis.
+- the roll is fixed at {roll:g} degrees: the torch's neck lies across the part's axis.
 
 The table below changes these assumptions one by one. It gives the number of feasible targets, of {n}, and
 for each pose the reason of most others. `python docs/paper_poses.py` makes it from whole checks
@@ -42,8 +42,8 @@ follow from the table poses alone, though:
 
 - with a free roll {free}:
   the paper's set-up did not use the freedom about the wire, because its planes fixed the roll;
-- held between 75 and 120 degrees, the roll makes 90/180 infeasible as well, although hardly any target by itself is out
-  of reach there: the wire swings by 59 degrees to either side over the blade's root and takes the arm through
+- fixed between 75 and 120 degrees, the roll makes 90/180 infeasible as well, although hardly any target by itself is
+  out of reach there: the wire swings by 59 degrees to either side over the blade's root and takes the arm through
   its wrist singularity. A check of single points does not find this.
 """
 

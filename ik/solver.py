@@ -28,7 +28,7 @@ SOLVERS = ("auto", "closed_form", "dls")
 DLS_KEPT = 8  # distinct solutions kept of a pose, not counting whole turns
 MOST_STANDINGS = 12  # of one configuration, that all combinations of turns are listed for
 WINDOW = 1.25 * np.pi  # half of what a joint of several turns stands in where there are more
-TWIN = 1e-4  # rad; solutions closer than this are one
+SAME_SOLUTION = 1e-4  # rad; solutions closer than this are one
 NEXT = 0.1  # rad that a joint is off a guess of which the closed form says the configuration
 ALONE_TIMES = 4.0  # times as far off has any other configuration to be
 
@@ -171,7 +171,7 @@ class Solver:
         q = np.where(found.ok[..., None], found.q, np.nan)
         # what an earlier seed found already, perhaps a whole turn away, is no new configuration
         gap = np.abs(wrap(q[:, :, None] - q[:, None])).max(axis=-1)
-        twin = np.tril(gap < TWIN, k=-1).any(axis=2)
+        twin = np.tril(gap < SAME_SOLUTION, k=-1).any(axis=2)
         order = np.argsort(twin | ~found.ok, axis=1, kind="stable")[:, :DLS_KEPT]
         q[twin] = np.nan
         q = with_turns(self._standing, np.take_along_axis(q, order[..., None], axis=1))

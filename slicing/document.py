@@ -1,4 +1,4 @@
-"""Sliced sub-volumes as plain data: the contract "rbam-slices/1" and the table of targets (no files).
+"""Sliced sub-volumes as plain data: the document of schema "rbam-slices/1" and the table of targets (no files).
 
 Use:
 

@@ -7,7 +7,8 @@
 Parts: a ``pad`` on a drum (300 mm square from 5,000 targets on), a ``flange`` right round an upright shaft, a twisted
 ``blade`` of an impeller, the ``branch`` of a valve. A part of more targets has more layers and is wider; its sampling
 stays the same, but for borders alone (contour), which are sampled more finely where only that gives so many. Parts of
-1,000 targets are known to be feasible; larger ones may be too tall for the arm, as the pad's contour of 50,000 is.
+1,000 targets are known to be feasible, and so is the flange of 50,000 with a free roll: the table stands lower there.
+The pad's contour of 50,000 is too tall for the arm.
 
 Twins: ``share`` has a box over some of the part (what is lost depends on the part: its verdict says how much),
 ``layer`` has its middle layer deposited from below (it fails, and no other), ``all`` has a box over all of it (every
@@ -56,20 +57,30 @@ class Size:
         layers: how many.
         chord_mm: sampling.chord_tolerance_mm.
         segment_mm: sampling.min_segment_mm.
+        lower_mm: how much lower than usual the table stands, so that the arm reaches over all of a tall part.
     """
 
     wide: float
     layers: int
     chord_mm: float = 0.1
     segment_mm: float = 3.0
+    lower_mm: float = 0.0
 
 
 # by part and fill: targets up to which it counts, size but for the layers, and targets of a layer, about
 SIZES: dict[tuple[str, str], tuple[tuple[int, Size, float], ...]] = {
     ("pad", "zigzag"): ((5000, Size(150, 0), 350), (10**9, Size(300, 0), 1290)),
     ("pad", "contour"): ((5000, Size(150, 0, 0.005), 89), (10**9, Size(300, 0, 0.003, 2.0), 240)),
-    ("flange", "zigzag"): ((5000, Size(12, 0), 179), (25_000, Size(60, 0), 640), (10**9, Size(90, 0), 1000)),
-    ("flange", "contour"): ((5000, Size(12, 0), 111), (10**9, Size(12, 0, 0.003, 1.0), 600)),
+    ("flange", "zigzag"): (
+        (5000, Size(12, 0), 179),
+        (25_000, Size(60, 0), 640),
+        (10**9, Size(90, 0, lower_mm=150), 1000),
+    ),
+    ("flange", "contour"): (
+        (5000, Size(12, 0), 111),
+        (25_000, Size(12, 0, 0.003, 1.0), 600),
+        (10**9, Size(12, 0, 0.003, 1.0, lower_mm=150), 600),
+    ),
     ("blade", "zigzag"): (
         (5000, Size(80, 0, 0.05), 34),
         (25_000, Size(160, 0, 0.05), 139),
@@ -170,7 +181,7 @@ def flange(size: Size) -> tuple[trimesh.Trimesh, dict[str, Any]]:
     return mesh, {
         "part": {"body": {"radius_mm": radius, "z_mm": [0, 80 + size.wide]}},
         "support": {"radius_mm": 30, "height_mm": 300},
-        "positioner": {"position_mm": [1150, 0, 0], "rotation_deg": [0, 0, -90]},
+        "positioner": {"position_mm": [1150, 0, -size.lower_mm], "rotation_deg": [0, 0, -90]},
         "table": {"E1_deg": 0, "E2_deg": 0},
     }
 

@@ -87,7 +87,7 @@ class Calibration(Section):
 
 
 class Positioner(Section):
-    """The table: a shipped model's name or an MJCF file, where it stands, and what its joints are called.
+    """The positioner: a shipped model's name or an MJCF file, where it stands, and what its joints are called.
 
     `positioner: none` is short for `{model: none}`: the part stands still, its frame at position_mm.
     """

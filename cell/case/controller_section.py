@@ -100,7 +100,7 @@ class BaseSection(FrameSection):
 
     machine: Annotated[int, number_within(1, 32)] | None = Field(
         None,
-        description="number of the MACHINE_DEF that moves the frame, which is given in its flange; none: it "
+        description="number of the MACHINE_DEF that moves the frame, given in that machine's faceplate; none: it "
         "stands in the world",
     )
 
@@ -131,7 +131,7 @@ class Hooks(Section):
     layer_end: HookLines = Field([";layer {layer} of {sub_volume} ends"], description="lines where a layer ends")
 
     @model_validator(mode="after")
-    def _told_apart(self) -> Hooks:
+    def _distinct_hooks(self) -> Hooks:
         first: dict[str, str] = {}
         for name in Hooks.model_fields:
             lines = getattr(self, name)
@@ -163,7 +163,7 @@ class ReadSection(Section):
         default_factory=dict, description="TOOL_DATA[n]: frames in the flange"
     )
     base_data: dict[Number, BaseSection] = Field(
-        default_factory=dict, description="BASE_DATA[n]: frames in the world, or in the flange of a machine"
+        default_factory=dict, description="BASE_DATA[n]: frames in the world, or in the faceplate of a machine"
     )
     machines: dict[Number, FrameSection] = Field(
         default_factory=dict, description="MACHINE_DEF[n].ROOT: frames in the controller's world"
@@ -182,8 +182,8 @@ class ControllerSection(Section):
     )
     base: Number | FrameSection | None = Field(
         None,
-        description="number in BASE_DATA, or a frame in the table's flange (in the arm's base where no axis moves the "
-        "table); left out: the part's frame",
+        description="number in BASE_DATA, or a frame in the table's faceplate (in the arm's base where no axis moves "
+        "the table); left out: the part's frame",
     )
     machine: Annotated[int, number_within(1, 32)] = Field(2, description="index of the table in MACHINE_DEF")
     blend_mm: Annotated[float, number_within(0, 1000)] | None = Field(

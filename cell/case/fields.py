@@ -95,7 +95,7 @@ def is_section(annotation: Any) -> bool:
 
 
 def keys_of(section: Any) -> dict[str, FieldInfo]:
-    """The keys of a section, in their order, with what is said of them."""
+    """The keys of a section, in their order, with their descriptions."""
     if issubclass(section, BaseModel):
         return section.model_fields
     hints = get_type_hints(section, include_extras=True)
@@ -104,5 +104,5 @@ def keys_of(section: Any) -> dict[str, FieldInfo]:
 
 
 def description_of(field: FieldInfo) -> str:
-    """What is said of a key; empty where nothing is."""
+    """The description of a key; empty where it has none."""
     return field.description or next((one.text for one in field.metadata if isinstance(one, Meaning)), "")

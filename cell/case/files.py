@@ -2,7 +2,7 @@
 
     case_files(load_case("blade.case.yaml"))            # paths, each once
 
-For whoever may not write onto them, and for whoever asks whether they have changed.
+For code that must not overwrite them, and code that asks whether they have changed.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _mesh_files(path: Path) -> Iterator[Path]:
             buffers = json.loads(path.read_bytes())["buffers"]
             named = [unquote(one["uri"]) for one in buffers if not one.get("uri", "data:").startswith("data:")]
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return  # whoever reads the mesh says what is wrong with it
+        return  # reading the mesh reports what is wrong with it
     yield from (path.parent / name for name in named)
 
 
@@ -78,4 +78,4 @@ def _model_files(path: Path) -> Iterator[Path]:
         if path.is_file():
             yield from map(Path, sorted(mujoco.mju_getXMLDependencies(str(path))))
     except (OSError, ValueError, RuntimeError):
-        return  # whoever composes the cell says what is wrong with it
+        return  # composing the cell reports what is wrong with it

@@ -99,7 +99,11 @@ class Process(Section):
     """Speeds and moves of the deposition."""
 
     deposition_speed_mm_s: Speed = Field(8.0, description="speed of the TCP along a bead")
-    travel_speed_mm_s: Speed = Field(100.0, description="speed of the TCP while it leaves and approaches the part")
+    travel_speed_mm_s: Speed = Field(
+        100.0,
+        description="speed limit of the TCP on a travel within retract_mm of the bead that it leaves or "
+        "approaches; farther off only the axes limit it",
+    )
     retract_mm: Annotated[float, number_within(0.01, 1e4)] = Field(
         30.0, description="distance by which the torch draws back from a bead before it travels"
     )

@@ -237,10 +237,10 @@ all along. Every infeasible target has a reason:
   unreachable   the wrist cannot get there            joint_limit   an axis would leave its range
   singular      the arm is too near a singularity     collision     something is nearer than the clearance
   no_path       no motion leads there without a flip or a collision on the way
-  speed         an axis is too slow: the deposition speed falls below process.least_speed_share of it
+  speed         slower than allowed: an axis cannot keep up (process.least_speed_share)
   gravity       the bead is laid too far off upright (if the case sets a limit)
   overhang      the layer overhangs too far (if the case sets a limit)
-Once a part is known to be infeasible, the search for its lost targets is limited: 300 configurations (20,000 for
+Once a part is known to be infeasible, the search for infeasible targets is limited: 300 configurations (20,000 for
 parts of up to 600 targets) and 1 more for each target, spread evenly over the part. Targets that were not checked
 for this reason are counted. --every-target checks all of them.
 
@@ -249,7 +249,7 @@ the positioner, the height of the support or the position of the part, the stick
 the rounding of corners, or the seams of closed beads.
 
 Parts of 1,500 targets and more are checked in chunks of whole beads, on all cores unless --jobs limits them. The
-verdict and the motion do not depend on the number of processes. Each process needs about 350 MB.
+verdict and the motion do not depend on the number of processes. Each process needs 250 to 800 MB.
 
 --motion writes rows of t_s, A1_deg .. A6_deg, E1_deg, E2_deg, arc, bead, layer, target.
 --motion-in reads such a file from any planner. It checks joint limits, speeds, accelerations, singularities, the

@@ -23,7 +23,7 @@ def console(stream: IO[str]) -> Console:
     """A console that prints names as they are."""
     from rich.console import Console
 
-    # in a pipe lines keep their length: whoever reads them breaks them as it likes
+    # in a pipe lines keep their length: the program that reads them breaks them
     width = None if stream.isatty() else 200
     # names are printed as they are: brackets are no markup, colons no emoji
     return Console(file=stream, highlight=False, markup=False, emoji=False, width=width, soft_wrap=not stream.isatty())

@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
         return INFEASIBLE
     paths = made.write(folder, csv=args.csv, robodk=args.robodk, reads=read)
     if not is_quiet():
-        _told(made, paths, _left_over(made, folder))
+        _say_what_was_written(made, paths, _left_over(made, folder))
     return FEASIBLE
 
 
@@ -99,7 +99,7 @@ def _folder(name: str) -> Path:
         raise InputError(f"--krl: {error}") from None
 
 
-def _told(made: Exported, paths: Sequence[Path], left_over: list[str]) -> None:
+def _say_what_was_written(made: Exported, paths: Sequence[Path], left_over: list[str]) -> None:
     """What was written, on stdout."""
     import numpy as np
 
@@ -108,9 +108,10 @@ def _told(made: Exported, paths: Sequence[Path], left_over: list[str]) -> None:
     assert made.gap is not None
     assert made.result is not None
     written, gap = made.written, made.gap
+    files = f"{len(made.files)} file{'s' * (len(made.files) != 1)}"
     sys.stdout.write(
-        f"{written.program.name}: {written.points} points of {written.rows} rows, in {len(made.files)} file(s), "
-        f"{np.ptp(made.result.run.motion.t_s):.0f} s; read back, run and judged: feasible, within "
+        f"{written.program.name}: {written.points} points of {written.rows} rows, in {files}, "
+        f"{np.ptp(made.result.run.motion.t_s):.0f} s; read back, run and checked: feasible, within "
         f"{gap.position / METRES_PER_MM:.4f} mm and {np.rad2deg(gap.angle):.4f} deg of the checked motion\n"
     )
     for path in paths:

@@ -7,7 +7,7 @@ Exit codes: 0 feasible or done, 1 infeasible, 2 bad input or usage (one line on 
 the input: an error of the program itself (one line; with ``--verbose`` or ``RBAM_TRACEBACK=1`` a traceback before it),
 too little memory, or a worker process that was killed from outside; 130 interrupted, 128 + n ended by signal n.
 Documents go to files or, with ``-``, to stdout; the report to stdout; progress and errors to stderr. The exit code is
-the verdict, whoever reads the report and however far.
+the verdict, even if the report is read only in part.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .exit_codes import BAD_INPUT, ENDED_BY_SIGNAL, INTERRUPTED, NO_VERDICT
 from .verbosity import speaking
 
 DRAWS = ("replay",)  # commands that MuJoCo draws for
-TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are told with a traceback
+TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are printed with a traceback
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -52,13 +52,13 @@ def main(argv: Sequence[str] | None = None) -> int:
                 sys.stdout.flush()
                 return code
         except InputError as error:
-            return _told(BAD_INPUT, printable(error))
+            return _error_line(BAD_INPUT, printable(error))
         except WorkerKilledError as error:
-            return _told(NO_VERDICT, printable(error))
+            return _error_line(NO_VERDICT, printable(error))
         except KeyboardInterrupt:
-            return _told(INTERRUPTED, "interrupted")
+            return _error_line(INTERRUPTED, "interrupted")
         except Terminated as ended:
-            return _told(ENDED_BY_SIGNAL + ended.number, "terminated")
+            return _error_line(ENDED_BY_SIGNAL + ended.number, "terminated")
         except Exception as error:  # noqa: BLE001 (the one place: an error of the program is never a verdict)
             return _program_error(error, argv)
         finally:
@@ -75,7 +75,7 @@ def _run(argv: Sequence[str], own: bool) -> int:
         return COMMANDS[args.command](args)
 
 
-def _told(code: int, line: str) -> int:
+def _error_line(code: int, line: str) -> int:
     sys.stderr.write(f"rbam: {line}\n")
     return code
 
@@ -88,14 +88,14 @@ def _program_error(error: Exception, argv: Sequence[str]) -> int:
     if asked:
         sys.stderr.write("".join(traceback.format_exception(error)))
     if isinstance(error, MemoryError):
-        return _told(NO_VERDICT, "out of memory: no verdict; a coarser case needs less memory")
+        return _error_line(NO_VERDICT, "out of memory: no verdict; a coarser case needs less memory")
     where = traceback.extract_tb(error.__traceback__)[-1]
     what = printable(f"{type(error).__name__}: {error}")[:300]
     place = f"{os.path.basename(os.path.dirname(where.filename))}/{os.path.basename(where.filename)}:{where.lineno}"
     if isinstance(error.__cause__, WorkerTraceback):
         place = error.__cause__.place
     how = "the traceback above" if asked else f"what {TRACEBACK}=1 or --verbose prints"
-    return _told(
+    return _error_line(
         NO_VERDICT, f"no verdict: an error of the program itself ({what}; at {place}); please report it with {how}"
     )
 

@@ -1,6 +1,6 @@
 """What ``rbam replay`` does: a window, a browser, a picture or a film of a checked case, or of a motion from a file.
 
-Whatever stands in the way (a folder, a display, an encoder, OpenGL) is said before the check, not after it.
+Whatever stands in the way (a folder, a display, an encoder, OpenGL) is reported before the check, not after it.
 """
 
 from __future__ import annotations

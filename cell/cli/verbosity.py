@@ -1,4 +1,4 @@
-"""How much is said on the terminal, and what takes how long.
+"""How much is printed on the terminal, and how long each step takes.
 
 with speaking(args.quiet, args.verbose, sys.stderr):
     check(job, 90, 180)                   # its stages are timed, and show that they are at work
@@ -22,8 +22,8 @@ class Speech:
     """What the user asked for, and what has been timed so far: a `cell.progress.Watcher`.
 
     Attributes:
-        quiet: nothing but errors is said.
-        verbose: everything is said.
+        quiet: only errors are printed.
+        verbose: everything is printed.
         stream: where progress goes.
         seconds: by phase.
     """
@@ -53,13 +53,13 @@ _speech: ContextVar[Speech | None] = ContextVar("speech", default=None)
 
 
 def is_quiet() -> bool:
-    """Whether nothing but errors is to be said."""
+    """Whether only errors are printed."""
     speech = _speech.get()
     return speech is not None and speech.quiet
 
 
 def is_verbose() -> bool:
-    """Whether everything is to be said."""
+    """Whether everything is printed."""
     speech = _speech.get()
     return speech is not None and speech.verbose
 

@@ -79,7 +79,7 @@ def colliding_blends(
     """
     s = path.s - path.s[0]
     path = BlendedPath(path.q, s, kept_zone(path.zone, s[-1]))
-    hits = [_looked_at(group, radius, path, known, steps) for group in groups_of(checker)]
+    hits = [_checked_rectangles(group, radius, path, known, steps) for group in groups_of(checker)]
     nearest = Clearances.joined([one.nearest for one in hits])
     step, zone = (np.concatenate(some) for some in zip(*((one.step, one.zone) for one in hits), strict=True))
     order = np.argsort(nearest.distance, kind="stable")
@@ -87,7 +87,7 @@ def colliding_blends(
     return CollidingBlends(first, zone[order[index]], nearest.rows(order[index]))
 
 
-def _looked_at(
+def _checked_rectangles(
     checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints
 ) -> CollidingBlends:
     """The same of some pairs."""

@@ -33,7 +33,7 @@ from .proofs.motion_bounds import curvature, joint_travel_bound
 from .proofs.plane_proofs import has_proofs, proofs_of
 
 HALVED = 6  # times that a step is halved before it is checked by chords
-CLOSELY, PLACES = 100, 12  # of what is too near so many steps are checked again, in so many places
+STEPS_AGAIN, PLACES_AGAIN = 100, 12  # of what is too near so many steps are checked again, in so many places
 
 
 def _off_rows(checker: SeesClearances, radius: Floats, path: BlendedPath, p: Parabolas, most: Floats) -> Floats:
@@ -174,17 +174,20 @@ def _look_closely(
     """
     run, s = PathBlends(path.q, path.s - path.s[0]), path.s - path.s[0]
     widest = kept_zone(path.zone, s[-1])
-    for n, k in enumerate(steps[:CLOSELY].tolist()):
-        laid, places = np.full(PLACES, max(deposits_laid[k], deposits_laid[k + 1])), np.linspace(s[k], s[k + 1], PLACES)
-        at, over = places, np.full(PLACES, kept_zone(float(zone[n]), s[-1]))
+    for n, k in enumerate(steps[:STEPS_AGAIN].tolist()):
+        laid, places = (
+            np.full(PLACES_AGAIN, max(deposits_laid[k], deposits_laid[k + 1])),
+            np.linspace(s[k], s[k + 1], PLACES_AGAIN),
+        )
+        at, over = places, np.full(PLACES_AGAIN, kept_zone(float(zone[n]), s[-1]))
         for _ in range(3):
             there = checker.clearances(run.at(at, over), laid)
             best = int(np.argmin(there.distance))
             nearest.nearer(np.array([n]), there.rows(np.array([best])))
             if at is places:
-                at, over = np.full(PLACES, at[best]), widest * np.arange(1, PLACES + 1) / PLACES
+                at, over = np.full(PLACES_AGAIN, at[best]), widest * np.arange(1, PLACES_AGAIN + 1) / PLACES_AGAIN
             else:
-                at, over = places, np.full(PLACES, over[best])
+                at, over = places, np.full(PLACES_AGAIN, over[best])
 
 
 def _cut_on(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: KnownRows) -> tuple[Ints, Clearances]:

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from ..scene.scene import Scene
 
 FURTHER, LEAST_FAR = 1.05, 5e-4  # of the last distance, m: how far to search first
-DOUBTFUL = 0.01  # share of how far is looked: of small shapes that penetrate MuJoCo is off by up to 0.4 % of it
+MAYBE_PENETRATES = 0.01  # share of how far is looked: of small shapes that penetrate MuJoCo is off by up to 0.4 % of it
 COARSER = 1.2  # from one distance that is looked out to to the next: to set it costs as much as to look
 STEPS_TOGETHER = 5_000  # that are bounded together: each takes some 4 kB meanwhile
 NEVER = -1e3  # m, as the gap of named pairs: they are not reported
@@ -195,7 +195,7 @@ class Checker:
         Args:
             q: configurations of the arm, (m, n), rad.
             deposits_laid: number of deposits already laid, (m,).
-            met: told of every configuration in which something is near: its row, and ids (k, 2) and signed distances
+            met: called for every configuration in which something is near: its row, and ids (k, 2) and signed distances
                 (k,), m, of all pairs that were found. It may keep none of these arrays.
 
         Returns:
@@ -208,7 +208,7 @@ class Checker:
                 contact = self._data.contact
                 distance = contact.dist
                 k = int(distance.argmin())
-                if 0.0 <= distance[k] < DOUBTFUL * self._far:  # it may penetrate: from near by this is known
+                if 0.0 <= distance[k] < MAYBE_PENETRATES * self._far:  # it may penetrate: from near by this is known
                     count += self._collide(FURTHER * float(distance[k]) + LEAST_FAR)
                     k = int((distance := (contact := self._data.contact).dist).argmin())
                 self.asked.contacts += count

@@ -1,6 +1,6 @@
 """Copies of a model in which what collides is switched: lent for one look, then used again for the next.
 
-    with lent(scene.model) as switched:       # nobody else has it meanwhile, in this thread or another
+    with lent(scene.model) as switched:       # nothing else uses it meanwhile, in this thread or another
         switched.geom_contype[:] = 0
         mujoco.mj_collision(switched.model, data)
 
@@ -49,7 +49,7 @@ def lent(model: mujoco.MjModel) -> Iterator[Switched]:
         model: what is copied; stays as it is.
 
     Yields:
-        The copy: a new one, or one that somebody has used before.
+        The copy: a new one, or one that was used before.
     """
     spare = _spare.setdefault(model, deque(maxlen=MOST_SPARE))
     try:
@@ -63,5 +63,5 @@ def lent(model: mujoco.MjModel) -> Iterator[Switched]:
 
 
 def discard_spare(model: mujoco.MjModel) -> None:
-    """Let go of the copies of a model that nobody has: once a check is over, memory is needed for something else."""
+    """Free the copies of a model that are not lent: after a check the memory is needed for other things."""
     _spare.pop(model, None)

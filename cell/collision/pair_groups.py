@@ -1,11 +1,11 @@
-"""The pairs that an arm's clearance is the least of, in two groups: with what is none of it, and with itself.
+"""The pairs of geoms whose clearance is checked, in two groups: of the arm and what stands still, and within the arm.
 
     still = PairGroupChecker(checker, itself=False)
     itself = PairGroupChecker(checker, itself=True, beside=still)   # with the same data of MuJoCo's
     still.pairs_within(q, deposits_laid, far)       # of the group's pairs alone
 
-Against what stands still a part of the arm gets nearer by its own travel; of two parts of the arm both may move. Every
-pair that counts for the checker counts in one group at least.
+A part of the arm comes nearer to what stands still by its own travel only; of two parts of the arm both may move. Every
+pair that the checker takes into account is in at least one group.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@
     for line in compare_lines("blade", found): ...           # rich renderables
 
 The paper's three strategies are compared, and conical and revolved layers where a sub-volume stands on a cone or on
-a told profile. A strategy that cannot slice a sub-volume (planes, where it runs right round the body) is left out of
+a given profile. A strategy that cannot slice a sub-volume (planes, where it runs right round the body) is left out of
 its scores and says why; only where none can is that an error.
 
 Source: Lettori et al. 2024, section 5.1 and tables 2 to 9.
@@ -291,7 +291,7 @@ def orders(rows: Sequence[ComparisonRow]) -> dict[str, bool] | None:
 
 
 def compare_document(title: str, found: Sequence[Comparison]) -> dict[str, Any]:
-    """The contract "rbam-compare/1".
+    """The document of schema "rbam-compare/1".
 
     Args:
         title: of the case, or what else was compared.

@@ -34,7 +34,9 @@ TRAVEL = 0.5  # m that count for the way from bead to bead
 CALM = 0.5  # m of a bead over which the table comes back to upright where nothing else pulls it
 LEAST_LENGTH = 1e-5  # m between targets, at least
 STRONGEST = 1e12
-UNKNOWN_SPEED = np.deg2rad(100.0)  # rad/s of an axis that has no limit: it only weighs one axis against the other
+UNLIMITED_AXIS_SPEED = np.deg2rad(
+    100.0
+)  # rad/s of an axis that has no limit: it only weighs one axis against the other
 SAME_LEAN = 1e-9
 
 
@@ -178,7 +180,7 @@ class Schedule:
         return float(turns[k]), float(over[k])
 
     def _speed(self) -> Floats:
-        return np.where(np.isfinite(self.speed), self.speed, UNKNOWN_SPEED)
+        return np.where(np.isfinite(self.speed), self.speed, UNLIMITED_AXIS_SPEED)
 
     def _relaxed(
         self, normals: Floats, bead_of_target: Ints, length: Floats, exact: Floats, cone: float, goal: Floats

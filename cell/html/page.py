@@ -2,7 +2,7 @@
 
     page("sweep.html", script_of(("data", "sweep")), {"title": escape(title), "data": pack.text(document)})
 
-What is filled in has to be escaped by whoever fills it in.
+What is filled in has to be escaped by the caller.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from ..verdict.result import NOT_LOOKED_AT, Result, TargetVerdict
 from ..verdict.severity import GRAVEST_FIRST, worst_first
 from ..verdict.table_use import table_use
 from ..verdict.words import in_words, speed_in_words
-from ..view.shown_motion import Played
+from ..view.shown_motion import ShownMotion
 
 if TYPE_CHECKING:
     from ..remedy_search.search import Remedy
@@ -34,7 +34,7 @@ REASON_WORDS = {
     "singular": "too near a singularity",
     "collision": "colliding or too near",
     "no_path": "without a way to them",
-    "speed": "too fast for a joint",
+    "speed": "slower than allowed: an axis cannot keep up",
     "gravity": "too far off upright",
     "overhang": "overhanging too far",
     # of a motion or a program from outside
@@ -71,7 +71,7 @@ class PageWords:
     def verdict(self) -> str:
         """One sentence."""
         n, bad, motion = len(self.result.rows), self.result.infeasible, self.result.motion
-        if isinstance(self.result, Played):
+        if isinstance(self.result, ShownMotion):
             return escape(_of_played(self.result))
         if motion is not None:
             return (
@@ -118,7 +118,8 @@ class PageWords:
         yield "Table pose", self._pose()
         looked = self.result.looked_at
         of = f"{n} targets" if looked == n else f"the {looked} targets checked ({n - looked} were not)"
-        yield "Reached", f"{looked - self.result.infeasible} of {of}"
+        name = "Targets without a fault" if isinstance(self.result, ShownMotion) else "Weldable"
+        yield name, f"{looked - self.result.infeasible} of {of}"
         layers = sum(job.layers)
         beads = int(job.targets.bead.max()) + 1
         parts = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) > 1)}"
@@ -139,10 +140,13 @@ class PageWords:
             kind, unit = escape(s["kind"]), "" if s["unit"] == "1" else f" {escape(s['unit'])}"
             yield "Singularity margin", f"{kind} {s['margin']:.4g}{unit}, at {_jump(s['target'])}{extra}"
         g = d["gravity_deg"]
-        yield "Deposition direction", f"{g['min']:.0f}° to {g['max']:.0f}° off straight up"
+        yield "Deposition direction", f"{g['min']:.0f}° to {g['max']:.0f}° off upright"
         if d["metal"] is not None:
             m = d["metal"]
-            yield "Metal", f"{m['mass_g']:.0f} g, {m['wire_m']:.1f} m of wire, {m['share']:.0%} of what the layers need"
+            yield (
+                "Metal",
+                f"{m['mass_g']:.0f} g, {m['wire_m']:.1f} m of wire, {100 * m['share']:.0f} % of what the layers need",
+            )
         yield "Roll about the wire", _roll(d["roll"])
 
     def _pose(self) -> str:
@@ -168,7 +172,7 @@ class PageWords:
 
     def _clearance(self, least: dict[str, Any] | None) -> str:
         limit = self.result.job.case.checks.clearance_mm
-        if isinstance(self.result, Played) and self.result.found.clearance is not None:
+        if isinstance(self.result, ShownMotion) and self.result.found.clearance is not None:
             distance, _, names = self.result.found.clearance
             between = " and ".join(escape(in_plain_words(self.result, name)) for name in names)
             return f"{distance / METRES_PER_MM:.1f} mm between {between}; {limit:g} mm needed"
@@ -213,8 +217,11 @@ class PageWords:
         yield "Singularity margins needed", margins
         out = "half a bead, only a warning" if k.overhang_mm is None else f"at most {k.overhang_mm:g} mm"
         yield "Overhang", out
-        yield "Gravity angle", "not limited" if k.gravity_max_deg is None else f"at most {k.gravity_max_deg:g}°"
-        yield "Speeds", f"deposition {p.deposition_speed_mm_s:g} mm/s, retracting {p.travel_speed_mm_s:g} mm/s"
+        yield "Off upright", "not limited" if k.gravity_max_deg is None else f"at most {k.gravity_max_deg:g}°"
+        yield (
+            "Speeds",
+            f"deposition {p.deposition_speed_mm_s:g} mm/s, leaving and approaching a bead {p.travel_speed_mm_s:g} mm/s",
+        )
         yield "Retract", f"{p.retract_mm:g} mm"
         yield "Arm, torch, table", f"{c.robot.model}, {c.tool.model}, {c.positioner.model}"
         x, y, z = c.positioner.position_mm
@@ -224,7 +231,7 @@ class PageWords:
         yield "Solver", str(self.document["solver"])
 
 
-def _of_played(result: Played) -> str:
+def _of_played(result: ShownMotion) -> str:
     """A motion or a program from outside in a sentence."""
     assert result.motion is not None
     name = "The motion" if result.program is None else f"The program {result.program.program.name}"
@@ -232,7 +239,7 @@ def _of_played(result: Played) -> str:
     times = f"{_duration(float(result.motion.t_s[-1]))}, {_duration(result.motion.arc_time)} of it with the arc on"
     took = f"{name} was {how}: {times}."
     if not result.findings:
-        return f"{took} Nothing was found."
+        return f"{took} No faults."
     first, more = result.findings[0], len(result.findings) - 1
     line = getattr(first, "line", None)
     where = f"row {first.row}" if line is None else f"{line}"
@@ -288,5 +295,5 @@ def _duration(seconds: float) -> str:
 def _roll(text: str) -> str:
     kind, *angles = text.split(":")
     if kind == "fixed":
-        return f"held at {_angle(float(angles[0]))}"
+        return f"fixed at {_angle(float(angles[0]))}"
     return "free" if kind == "free" else f"{_angle(float(angles[0]))} to {_angle(float(angles[1]))}"

@@ -20,15 +20,15 @@ from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.table_clearances import with_table_axes
 from ..job.table_winding import upright_of
+from ..motion.deposition_speed import KEPT_SHARE
 from ..planning.context import settings_of
 from ..units import METRES_PER_MM
 from ..verdict.result import Result
-from ..view.shown_motion import Played
+from ..view.shown_motion import ShownMotion
 from .drawn_path import BUDGET, SAMPLES_AT_ONCE, DrawnPath, PageBudget, drawn_path, note_of, worst_of_steps
 from .pack import Pack
 from .page_words import in_plain_words
 
-HELD = 0.01  # share of the deposition speed that it may be off and still counts as held
 COLOURS = 8  # of lines in one chart; web/report.css has as many
 
 
@@ -75,7 +75,7 @@ def _steps_a_unit(path: DrawnPath, unit: str) -> float:
 
 def _lines(pack: Pack, result: Result, path: DrawnPath) -> dict[str, Any]:
     """Where a program's text is in every step: the number of its file, and the line."""
-    if not isinstance(result, Played) or result.program is None:
+    if not isinstance(result, ShownMotion) or result.program is None:
         return {}
     program, move = result.program.program, result.program.run.move
     move = move[np.minimum(path.starts + 1, len(move) - 1)]  # of the way that follows
@@ -131,7 +131,7 @@ def _speeds(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
     lines = [(name, most_share[:, k]) for k, name in enumerate(scene.chain.names)]
     tcp = np.linalg.norm(np.diff(_tcp(scene.chain, path.arm)[0], axis=0), axis=1) / dt / METRES_PER_MM
     tcp[(path.arc[:-1] & path.arc[1:]) == 0] = np.nan
-    held = _held(path, tcp, wanted)
+    kept = _kept(path, tcp, wanted)
     tcp = np.append(tcp, tcp[-1])[:, None]
     least, most = (worst_of_steps(path, lambda i, j: tcp[i:j], of)[:, 0] for of in (np.fmin.reduceat, np.fmax.reduceat))
     return [
@@ -152,7 +152,7 @@ def _speeds(result: Result, path: DrawnPath) -> list[dict[str, Any]]:
             else [("least", least), ("most", most)],
             limits=[{"y": wanted, "label": f"set to {wanted:g} mm/s", "good": True}],
             range=[0, round(1.25 * max(wanted, float(np.nanmax(most))), 3)],
-            note=held,
+            note=kept,
         ),
     ]
 
@@ -164,17 +164,17 @@ def _tcp(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     return found[:, :, 1], found[:, :, 0]
 
 
-def _held(path: DrawnPath, speed: Floats, wanted: float) -> str:
-    """For how much of the welding the speed is held, in words."""
+def _kept(path: DrawnPath, speed: Floats, wanted: float) -> str:
+    """For how much of the welding the deposition speed is kept, in words."""
     dt, known = np.diff(path.x), np.isfinite(speed)
     total = float(dt[known].sum())
     if total <= 0:
         return ""
-    off = known & (np.abs(speed / wanted - 1) > HELD)
+    off = known & (np.abs(speed / wanted - 1) > 1 - KEPT_SHARE)
     lost = float(dt[off].sum())
     if lost <= 0:
-        return f"held within {HELD:.0%} for all {total:.0f} s of welding"
-    return f"off by more than {HELD:.0%} for {lost:.1f} s of the {total:.0f} s of welding"
+        return f"kept within {100 * (1 - KEPT_SHARE):.0f} % for all {total:.0f} s of welding"
+    return f"off by more than {100 * (1 - KEPT_SHARE):.0f} % for {lost:.1f} s of the {total:.0f} s of welding"
 
 
 def _clearances(result: Result, path: DrawnPath) -> Clearances:
@@ -300,9 +300,9 @@ def _gravity(result: Result, path: DrawnPath) -> dict[str, Any]:
     top = max(float(np.nanmax(values)), limit or 0.0, 2 * upright if along else 90.0)
     return _chart(
         "Gravity",
-        "Deposition direction off straight up",
+        "Deposition direction off upright",
         "deg",
-        [("gravity angle", values)],
+        [("off upright", values)],
         limits=limits,
         range=[0, round(min(180.0, 1.04 * top), 2)],
     )

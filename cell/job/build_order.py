@@ -1,4 +1,4 @@
-"""The order in which layers are built, and what their targets and beads are called whatever it is.
+"""The order in which layers are built, and numbers of targets and beads that do not depend on it.
 
     targets, order = in_build_order(targets, layers, [(0, 0, 7), (1, 0, 7), (0, 8, 20), (1, 8, 20)])
     order.target[17]                                 # the number that files give to target 17

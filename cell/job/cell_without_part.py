@@ -12,9 +12,9 @@ from slicing import Code, PartShape, Targets, Warning
 
 from ..case.sections import Case
 from ..scene.compose import compose
-from .job import Job, margins_told
+from .job import Job, margin_warnings
 
-NOT_LOOKED_AT = (
+PART_ABSENT_TEXT = (
     "part: none: beads, their order and speed, the growing part and the angle to gravity are not checked; "
     "joint limits, speeds, singularities with the arc on and collisions in the cell are"
 )
@@ -35,8 +35,8 @@ def bare_job(case: Case) -> Job:
     scene = compose(case, PartShape({}, {}, (), 0))
     whole, none = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
     targets = Targets((), whole, whole, whole, none, none, none, np.zeros(0), np.zeros(0, dtype=bool))
-    warnings = (Warning(Code.PART_ABSENT, NOT_LOOKED_AT), *scene.warnings)
+    warnings = (Warning(Code.PART_ABSENT, PART_ABSENT_TEXT), *scene.warnings)
     job = Job(case, (), PartShape({}, {}, (), 0), targets, scene, warnings)
-    job = Job(case, (), job.shape, targets, scene, (*warnings, *margins_told(job.solver)))
-    _ = job.drives  # what is wrong with them is to be said first
+    job = Job(case, (), job.shape, targets, scene, (*warnings, *margin_warnings(job.solver)))
+    _ = job.drives  # computed here so that an error in them comes first
     return job

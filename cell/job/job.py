@@ -184,7 +184,7 @@ class Job:
         return wires_in_metal(self.scene, self.shape, self.targets, self.laid - 1)
 
 
-def margins_told(solver: Solver) -> tuple[Warning, ...]:
+def margin_warnings(solver: Solver) -> tuple[Warning, ...]:
     """Which singularity margins do not count for an arm, and why."""
     chain, near = solver.chain, solver.geometry is not None
     if near and (solver.form is not None or not misfits(chain)):
@@ -370,8 +370,8 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     targets, split = for_moving_table(case, scene, targets)
     warnings = (*said, *scene.warnings, *split)
     job = Job(case, path.sliced, shape, targets, scene, warnings, path.laid, part.T_part_input, part.evidence, order)
-    job = replace(job, warnings=(*job.warnings, *margins_told(job.solver)), given=toolpath)
-    _ = job.drives  # what is wrong with them is to be said before any search
+    job = replace(job, warnings=(*job.warnings, *margin_warnings(job.solver)), given=toolpath)
+    _ = job.drives  # computed here so that an error in them comes before any search
     return job
 
 

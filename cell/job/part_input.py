@@ -1,4 +1,4 @@
-"""The part as its case gives it: in one mesh that is taken apart, or as sub-volumes on a body that is told.
+"""The part as its case gives it: in one mesh that is taken apart, or as sub-volumes on a given body.
 
     part = read_part(case)
     for mesh, body in zip(part.meshes, part.bodies): ...
@@ -50,7 +50,7 @@ class PartInput:
     Attributes:
         meshes: the sub-volumes, part frame, mm.
         bodies: what each of them stands on, as the case's strategy sees it.
-        body_mesh: the body's own shape, to look at; None where it is only told.
+        body_mesh: the body's own shape, to look at; None where it has no mesh.
         profile: the body as (r, z) points about its axis, mm, lowest first, which collides; None where the hull of
             body_mesh does.
         warnings: one line each.
@@ -137,7 +137,7 @@ def read_body(case: Case, z_mm: tuple[float, float]) -> PartInput:
         The part, without sub-volumes.
 
     Raises:
-        InputError: the body is not told, or its mesh cannot be used; one line.
+        InputError: the body is not given, or its mesh cannot be used; one line.
     """
     part = case.part
     try:
@@ -145,7 +145,7 @@ def read_body(case: Case, z_mm: tuple[float, float]) -> PartInput:
             return replace(_whole(case, []), meshes=(), bodies=())
         if part.body is None:
             raise InputError(f"{case.path}: part.body: needs radius_mm, the radius of the cylinder they stand on")
-        body = _told(part.body)
+        body = _body_of_case(part.body)
         if part.body.mesh is not None:
             own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
             return PartInput((), (), own, None, own.warnings, round_body=body)
@@ -161,7 +161,7 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
         raise InputError(f"{case.path}: part.body: needs radius_mm, the radius of the cylinder they stand on")
     for i, name in enumerate(part.sub_volumes):
         loaded.append(load_mesh(case.path_of(name), part.units, f"SV{i + 1}"))
-    body = _told(part.body)
+    body = _body_of_case(part.body)
     bodies: tuple[Body, ...] = (body,) * len(loaded)
     others = {strategy: bodies for strategy in STRATEGIES if fits(strategy, body)}
     if part.body.mesh is not None:
@@ -173,8 +173,8 @@ def _pieces(case: Case, loaded: list[Mesh]) -> PartInput:
     return PartInput(tuple(loaded), bodies, None, profile, others=others, round_body=body)
 
 
-def _told(body: BodySection) -> Body:
-    """The body a case tells of; keys that end in _mm are mm, whatever units the meshes are in."""
+def _body_of_case(body: BodySection) -> Body:
+    """The body that a case gives; keys that end in _mm are mm, whatever units the meshes are in."""
     if body.profile_mm is not None:
         return RevolvedBody(tuple(body.profile_mm), body.axis_xy_mm)
     if body.half_angle_deg is not None:
@@ -253,8 +253,8 @@ def _taken(case: Case, found: PartInput) -> PartInput:
     warnings = found.warnings
     if absent:
         text = (
-            f"part.take: {', '.join(absent)} neither in part.take nor in part.built: not in the cell, collisions "
-            "with it are not checked"
+            f"{', '.join(absent)}: neither in part.take nor in part.built, so not in the cell; collisions with "
+            f"{'it' if len(absent) == 1 else 'them'} are not checked"
         )
         warnings += (Warning(Code.SUB_VOLUME_ABSENT, text, sub_volume=absent[0] if len(absent) == 1 else ""),)
     return replace(

@@ -34,7 +34,7 @@ TRIANGLES = 4000  # that planes are tried on at each cut: fewer planes for finer
 WORK = 60_000  # triangles checked for cuts in all
 THIN = 1e-6  # thickness over length of what may be left where a cut runs along a face
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
-HELD = 1e-5  # share of a mesh's length by which its surface may be outside its pieces: rounding
+MOST_OUTSIDE = 1e-5  # share of a mesh's length by which its surface may be outside its pieces: rounding
 MOST_TESTS = 200_000_000  # of points against planes of the pieces' hulls
 IN_IT = 1e-6  # share of a cavity's volume that may be outside the solid around it: rounding
 REFLEX = 1e-3  # rad by which an edge has to be bent inwards to be taken for one
@@ -102,7 +102,7 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST_PIECES) -> ConvexPiece
 
 def _hold(hulls: tuple[Floats, ...], mesh: trimesh.Trimesh) -> bool:
     """Whether corners and middles of a mesh's faces are in one of the hulls; of large meshes some of them."""
-    slack = HELD * float(np.ptp(mesh.vertices, axis=0).max())
+    slack = MOST_OUTSIDE * float(np.ptp(mesh.vertices, axis=0).max())
     if len(hulls) == 1:  # of all corners, but for a shell that was lost for having no volume
         hull, whole = (np.stack([points.min(axis=0), points.max(axis=0)]) for points in (hulls[0], mesh.vertices))
         return bool(np.abs(hull - whole).max() <= slack)

@@ -1,6 +1,6 @@
 """What a model couples: closed chains, joints that follow others, tendons that limit several joints at once.
 
-    told = check_couplings(model, planned=["A1", ..., "A6"], own=OwnPlaces("robot", "arm.xml", "blade.case.yaml"))
+    warnings = check_couplings(model, planned=["A1", ..., "A6"], own=OwnPlaces("robot", "arm.xml", "blade.case.yaml"))
 
 A cell's joints each move by themselves. A coupling between what the planned joints move apart would not hold in its
 motions, so that the model is refused; one within what moves together, one to a body that a user drags and one that is
@@ -87,7 +87,7 @@ class _Couplings:
             return
         if len(names) == 1:
             raise own.error(
-                f".model: {own.model}: joint {names[0]} is held in its place (an equality); it cannot be planned"
+                f".model: {own.model}: joint {names[0]} is fixed in its place (an equality); it cannot be planned"
             )
         leader = moved[0] if len(moved) == 1 else names[1]
         follower = next(name for name in names if name != leader)

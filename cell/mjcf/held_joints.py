@@ -1,10 +1,10 @@
-"""Joints that nobody plans: a track under the arm, a lift, a positioner's third axis, a gripper's fingers.
+"""Joints that are not planned: a track under the arm, a lift, a positioner's third axis, a gripper's fingers.
 
     held = hold(spec, planned=["A1", ..., "A6"], own=OwnPlaces("robot", "arm.xml", "blade.case.yaml"))
     held.home, held.warnings                 # key home of what is planned; where all others stand
 
 They are taken out of the model before it is composed and their bodies moved to where they stand: the place that the
-case states, or else the model's key ``home``, or else the model's own zero. Each of them is said in a warning. Metres
+case states, or else the model's key ``home``, or else the model's own zero. A warning names each of them. Metres
 and radians.
 """
 

@@ -1,4 +1,4 @@
-"""What a section of a case says of a model's joints that nobody plans.
+"""What a section of a case says of a model's joints that are not planned.
 
 own = OwnPlaces("robot", "arm.xml", "blade.case.yaml", held_mm={"RAIL": 500})
 own.held_mm, own.error(".model: ..")     # their places; an error that names the case file and the section

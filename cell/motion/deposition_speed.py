@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..arrays import Ints
 from ..failure import Failure, FailurePlace, Kind, SlowdownCause, Where
 
-HELD = 0.98  # share from which on a speed counts as held
+KEPT_SHARE = 0.98  # share of the deposition speed from which on it counts as kept
 STRETCH = 5e-3  # m of a bead over which its speed is to be held: about its width, what the weld pool covers
 
 
@@ -154,7 +154,7 @@ def speed_document(held_speed: HeldSpeed, bead: Ints) -> dict[str, Any]:
     """
     share = held_speed.ratio
     known, judged = np.isfinite(share), held_speed.judged
-    slow = np.flatnonzero(known & (share < HELD))
+    slow = np.flatnonzero(known & (share < KEPT_SHARE))
     least = int(np.nanargmin(judged)) if known.any() else None
     return {
         "least_share": None if least is None else round(float(judged[least]), 4),

@@ -78,7 +78,7 @@ class Motion:
         ]
 
     def to_frame(self) -> dict[str, NDArray[Any]]:
-        """The motion as columns, for a table of any library: ``pandas.DataFrame(motion.to_frame())``.
+        """The motion as a dict of columns, not a data frame: ``pandas.DataFrame(motion.to_frame())``.
 
         Returns:
             By the names of :meth:`columns`, each (m,): s, deg, and numbers of beads and targets as files have them.

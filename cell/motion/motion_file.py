@@ -81,7 +81,7 @@ class ReadMotion:
 
 
 def check_suffix(path: str | Path) -> None:
-    """Refuse a name of which nobody could say what it holds.
+    """Refuse a name of which it is not known what it holds.
 
     Raises:
         InputError: it ends neither in .csv nor in .npz.

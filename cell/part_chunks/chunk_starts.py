@@ -17,7 +17,7 @@ from ik.chain import Floats
 
 from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
-from ..planning.edges.edge_check import UNKNOWN_SPEED
+from ..planning.edges.edge_check import UNLIMITED_SPEED
 from ..planning.part_plan import KnownBead, known_bead
 from .chunking import Chunk
 
@@ -55,7 +55,7 @@ def _nearest(context: Context, i: int, q: Floats, cost: Floats, q_before: Floats
     """Of configurations (m, j) of a target the free one that is reached first; with none, whence it would have been."""
     if q_before is not None:
         speed = context.solver.chain.max_speed
-        cost = cost + (np.abs(q - q_before) / np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)).max(axis=1)
+        cost = cost + (np.abs(q - q_before) / np.where(np.isfinite(speed), speed, UNLIMITED_SPEED)).max(axis=1)
     q = q[np.argsort(cost, kind="stable")]
     for k in range(0, len(q), TRIED_TOGETHER):
         tried = q[k : k + TRIED_TOGETHER]

@@ -2,7 +2,8 @@
 
     plan = plan_in_chunks(Shared(job, context), Chunking(), progress)
 
-Three steps, each the same whoever is at work. The chunks are planned, each from a beginning that was said before (see
+There are three steps, each with the same result however many processes there are.
+The chunks are planned, each from a beginning that was chosen before (see
 ``cell.part_chunks.chunk_starts``). The chunks are joined: from the end of each to the beginning of the next, and on
 until a bead ends as it was planned. Travels are searched with few attempts up to here; where nothing but travels stops
 the part, those that were not found are searched with all attempts, in order, until one is not found for good.
@@ -27,7 +28,7 @@ from ..processes.worker_pool import WorkerPool
 from ..progress import Progress
 from .chunk_starts import beginnings
 from .chunking import Chunk, pool_for_chunks
-from .joins import JoinedBead, joint_of, same_end, turned_to_chunk_before
+from .joins import JoinedBead, join_to, same_end, turned_to_chunk_before
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +120,7 @@ def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PlannedRun:
 
 
 def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBead:
-    return joint_of(reduced_budget(shared.context), *ends)
+    return join_to(reduced_budget(shared.context), *ends)
 
 
 class _Joining:
@@ -156,9 +157,9 @@ class _Joining:
         goes_home = span.start is not None or span.end is not None
         found = self.workers.run(_joined, self.shared, ends, meanwhile=search_travels if goes_home else None)
         reduced = reduced_budget(self.context)
-        for k, joint in zip(self.joins, found, strict=True):
+        for k, join in zip(self.joins, found, strict=True):
             # one that led on from another end is found once more
-            self._continue_at(k, reduced, joint if self._before(k) is befores[k] else None)
+            self._continue_at(k, reduced, join if self._before(k) is befores[k] else None)
         if all(bead.whole for bead in self.beads):
             self._search_on()
         travels = tuple(self.travels[bead.first] for bead in self.beads if bead.first in self.travels)
@@ -178,7 +179,7 @@ class _Joining:
         """What is welded last before a bead."""
         return next(bead.stretches[-1] for bead in reversed(self.beads[:k]) if bead.stretches)
 
-    def _continue_at(self, k: int, context: Context, joint: JoinedBead | None) -> None:
+    def _continue_at(self, k: int, context: Context, join: JoinedBead | None) -> None:
         """Lead to a bead, and on to those after it until one ends as it was planned, or with the chunk."""
         begun = k
         while k < len(self.beads) and (k == begun or k not in self.joins):
@@ -189,18 +190,18 @@ class _Joining:
                 k += 1
                 continue
             last = self._before(k)
-            joint = joint or joint_of(context, last, bead)
+            join = join or join_to(context, last, bead)
             self.travel_failures.pop(bead.first, None)
             self.travels.pop(bead.first, None)
-            if isinstance(joint.way, Failure):
-                self.travel_failures[bead.first] = travel_failure(joint.way, last, bead.first)
+            if isinstance(join.way, Failure):
+                self.travel_failures[bead.first] = travel_failure(join.way, last, bead.first)
             else:
-                self.travels[bead.first] = joint.way
-            new = joint.bead or bead
+                self.travels[bead.first] = join.way
+            new = join.bead or bead
             self.beads[k] = new
             if same_end(new, bead):
                 return
-            joint = None
+            join = None
             k += 1
 
 

@@ -1,8 +1,8 @@
 """From the end of one chunk to the beginning of the next.
 
     plan = turned_to_chunk_before(context, last, plan)  # the next chunk, in the turns that joints have come to
-    joint = joint_of(context, last, bead)
-    joint.bead, joint.way
+    join = join_to(context, last, bead)
+    join.bead, join.way
 
 A chunk whose configurations are those of the arm but for whole turns of joints is turned as a whole. Its first bead
 stays as it was planned where a travel leads to it; where none is found, it is planned again after the one before, to
@@ -73,7 +73,7 @@ def _turned(plan: PartPlan, turn: Floats) -> PartPlan:
     return PartPlan(beads, tuple(map(way, plan.travels)), plan.travel_failures)
 
 
-def joint_of(context: Context, last: Stretch, bead: BeadPlan) -> JoinedBead:
+def join_to(context: Context, last: Stretch, bead: BeadPlan) -> JoinedBead:
     """Lead from what was welded last to a bead that is whole.
 
     Args:
@@ -82,7 +82,7 @@ def joint_of(context: Context, last: Stretch, bead: BeadPlan) -> JoinedBead:
         bead: planned from another beginning.
 
     Returns:
-        The joint.
+        The bead, if it had to be planned anew, and the way to it or why there is none.
     """
     found, way = travel_to(context, last, bead)
     stays = isinstance(way, Failure) or (same_beginning(found, bead) and same_end(found, bead))

@@ -1,7 +1,7 @@
 """A motion as data: what replay shows and what a program is written from.
 
     motion.t_s, motion.q, motion.arc, motion.target       # one row a sample
-    motion.columns(), motion.rows_deg()                   # the contract of --motion
+    motion.columns(), motion.rows_deg()                   # the table that --motion writes
 
 Times are the fastest that the axes' speeds and accelerations allow, on beads under the deposition speed; every bead and
 every travel starts and ends at rest (see ``cell.timing.time_law``). Radians and seconds.
@@ -21,7 +21,7 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..failure import Failure, FailurePlace, Where
 from ..job.job import speeds
-from ..motion.deposition_speed import HELD, HeldSpeed, note_stretches, over_stretches
+from ..motion.deposition_speed import KEPT_SHARE, HeldSpeed, note_stretches, over_stretches
 from ..motion.motion import NO_MOVE, Motion
 from ..timing.time_law import PathRows, TimeLaw, time_paths, time_stops
 from ..units import METRES_PER_MM
@@ -291,7 +291,7 @@ def _bead(job: Job, bead: _TimedBead, dt_before: float, held_speed: HeldSpeed) -
         for a, b in pairwise(at.tolist()):
             i = int(stretch.edge[a])
             held_speed.asked_s[i], held_speed.taken_s[i] = (s[b] - s[a]) / cap[i], law.t[b] - law.t[a]
-            if held_speed.asked_s[i] < HELD * held_speed.taken_s[i] or held_speed.least[i] < HELD:
+            if held_speed.asked_s[i] < KEPT_SHARE * held_speed.taken_s[i] or held_speed.least[i] < KEPT_SHARE:
                 joint, held_speed.by[i] = law.cause(s[a], s[b])
                 held_speed.axis[i] = job.drives.names[joint]
     q, target, dt = _merged(q, target, dt)

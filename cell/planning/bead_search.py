@@ -31,7 +31,7 @@ from .edges.edge_check import SearchedBead, Stretch, check_edges
 from .edges.next_target import true_edges, why_none_leads_on
 
 MOST_SEARCHES = 400  # searches a bead before it is given up; each blocks something, so that few beads need ten
-MAX_TRIES = 3  # ways that are free, but near something, before one is taken
+FREE_PATHS = 3  # paths that are free, but near something, before one is taken
 FURTHEST = 2 * np.pi  # most that a joint turns from target to target: what a way does is found by following it
 FREE_TURN = np.pi / 2  # most that a free roll turns from target to target, where the joints are fast enough
 SAME_ANGLE = 1e-5  # rad; angles closer than this, whole turns aside, are one
@@ -73,7 +73,7 @@ class BeadSearch:
         )
         self.cost = nodes.cost.copy()
         self._judged = np.zeros(len(bead), dtype=bool)  # targets whose every node has been checked
-        self._patience = MAX_TRIES
+        self._patience = FREE_PATHS
         self._free = np.zeros(self.cost.shape, dtype=bool)  # nodes known to be free
         self._least_bad: dict[int, tuple[float, Clearances, tuple[int, ...]]] = {}  # of the nodes that collide
         self._blocked: dict[int, set[Edge]] = {}

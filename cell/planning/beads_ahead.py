@@ -2,7 +2,7 @@
 
     ahead = BeadsAhead(context, firsts, stop)
     bead = ahead.bead(first, q_before)          # None: it is to be planned by itself
-    vain = ahead.in_vain(first, q_before)       # then: the quick search of it that found no way, if there was one
+    failed = ahead.failed_search(first, q_before)  # then: the quick search of it that found no path, if there was one
     way = ahead.travel(last, bead)              # None: it is to be searched
 
 Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
@@ -71,6 +71,7 @@ class BeadsAhead:
         self._together: list[BeadPlan] = []  # beads between which travels have not been checked
         self._travels: dict[int, _KnownTravel] = {}  # by the first target of the bead that they lead to
         self._misses, self._wasted = 0, 0
+        self._alone, self._pause = 0, 1  # beads found alone since nothing is searched ahead, and after how many it is
         self._vain: tuple[int, Floats | None, StationSearch] | None = None
 
     def bead(self, first: int, q_before: Floats | None) -> BeadPlan | None:
@@ -84,16 +85,24 @@ class BeadsAhead:
             The whole bead, checked; None where it is to be planned by itself.
         """
         worth_it = self._misses < MISSES and self._wasted < WASTED
-        if not self._expected and worth_it and self.in_vain(first, q_before) is None:
+        if not self._expected and worth_it and self.failed_search(first, q_before) is None:
             self._search(first, q_before)
         known = self._expected.pop(first, None)
         if known is not None and _same(known.q_before, q_before):
-            self._misses = 0
+            self._misses, self._pause = 0, 1
             self._wasted -= known.plan.stop - first
             return known.plan
         self._expected.clear()
         self._misses += 1
         return None
+
+    def found_alone(self) -> None:
+        """A bead was found whole by itself. After some of these, beads are searched ahead again."""
+        if self._misses < MISSES:
+            return
+        self._alone += 1
+        if self._alone >= self._pause:
+            self._alone, self._pause, self._misses = 0, 2 * self._pause, MISSES - 1
 
     def can_leave(self, last: Stretch | None, bead: BeadPlan) -> bool:
         """Whether it is known that the torch can be drawn back from a bead: a travel leads on from it.
@@ -126,7 +135,7 @@ class BeadsAhead:
             if path is not None:
                 self._travels[gap.start.first] = _KnownTravel(gap, path)
 
-    def in_vain(self, first: int, q_before: Floats | None) -> StationSearch | None:
+    def failed_search(self, first: int, q_before: Floats | None) -> StationSearch | None:
         """The quick search of a bead that found no way, which need not be done again.
 
         Args:
@@ -175,7 +184,7 @@ class BeadsAhead:
             self._together.append(self._expected[at].plan)
 
     def _suited_beginning(self, beads: list[SearchedBead], nodes: list[StationNodes]) -> Floats | None:
-        """Where the first of beads begins best for all of them, (j,), rad, if it is not told where the arm comes from.
+        """Where the first of beads begins best for all of them, (j,), rad, if it is not known where the arm comes from.
 
         What follows begins near where the bead before ends: a short bead's own preference may be expensive for the long
         ones after it. Rolls beside the one that it prefers are tried, in its branch.

@@ -3,9 +3,10 @@
     plan = with_lockouts(job, context, plan)
     plan.beads[3].target_failures[17].failure.locked_by      # (LaidLayer("SV1", 0), ..)
 
-It is tried out: the bead or the travel is planned once more without these layers, and only what succeeds then is said
-to be locked out by them. Named are layers of another sub-volume where those are enough, and of these as few of the last
-as are enough. Where not all of a lost part is checked, these trials may ask about LOCKOUTS configurations in all.
+It is tried out: the bead or the travel is planned once more without these layers, and only what succeeds then is
+reported to be locked out by them. Named are layers of another sub-volume where those are enough, and of these as few
+of the last as are enough. Where not all of a lost part is checked, these trials may ask about LOCKOUTS configurations
+in all.
 """
 
 from __future__ import annotations

@@ -154,7 +154,7 @@ def _searched(
     known = _sampled(context, some, step, until_free=until_free)
     if also:
         target, roll = np.array(list(also)), np.array(list(also.values()), dtype=float)
-        known = known.sorted_with(_looked_at(context, target, roll))
+        known = known.sorted_with(_checked_rolls(context, target, roll))
     while context.solver.form is not None:
         hides = _may_hide(context, known)
         if until_free:
@@ -163,7 +163,7 @@ def _searched(
         if not len(at):
             break
         middle = (known.roll[at] + known.roll[at + 1]) / 2
-        known = known.sorted_with(_looked_at(context, known.target[at], middle, known.branch[at]))
+        known = known.sorted_with(_checked_rolls(context, known.target[at], middle, known.branch[at]))
     return known
 
 
@@ -181,7 +181,7 @@ def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> 
         coarse = np.unique(np.append(np.arange(0, len(rolls), stride), len(rolls) - 1))
         t, k = np.nonzero(~seen[:, coarse] & _open_between(rolls, seen, held)[:, coarse])
         if len(t):
-            looked.append(_looked_at(context, some[t], rolls[coarse[k]], until_free=until_free))
+            looked.append(_checked_rolls(context, some[t], rolls[coarse[k]], until_free=until_free))
             seen[t, coarse[k]] = True
             at = np.searchsorted(some, looked[-1].target), np.searchsorted(rolls, looked[-1].roll)
             np.maximum.at(held, at, looked[-1].held)  # in one branch as in another
@@ -214,7 +214,7 @@ def _spread(rolls: Floats, held: Floats, *, circular: bool) -> Floats:
     return held
 
 
-def _looked_at(
+def _checked_rolls(
     context: Context, target: Ints, roll: Floats, branch: Ints | None = None, *, until_free: bool = False
 ) -> _KnownRolls:
     """Targets at rolls, (m,): all their branches, or one of each; or as many as it takes to see that it is free."""

@@ -10,10 +10,10 @@ PER_TARGET for each target of the part, spent evenly along it. What is asked abo
 charged to it, and of those that do what exceeds EASY for each of their targets. What the budget allows is judged as if
 there were none.
 
-Beyond the budget, a bead of a part that is not known to be lost is put off: ``plan`` gives None, and
+Beyond the budget, a bead of a part that is not known to be lost is postponed: ``plan`` gives None, and
 ``cell.planning.part_plan`` comes back to it if nothing else is lost. So is a bead that the quick search does not find
 and whose full search the budget does not allow. In a part that is lost, such a bead is lost as soon as one of its
-targets is proved out of reach, or is free at no roll; a few others are judged with it, and the rest is left open:
+targets is proved out of reach, or is free at no roll; a few others are checked with it, and the rest is left open:
 neither feasible nor infeasible.
 
 Metres and radians.
@@ -74,7 +74,7 @@ class InfeasiblePartJudge:
             context: what the search needs.
             first: its first target.
             share: of what a whole part may cost whatever its size.
-            full_searches: how many beads may be searched in full that are dear to search, as long as none is lost.
+            full_searches: how many beads that would be postponed may be searched in full, as long as none is lost.
         """
         self._first_pass = full_searches == 0
         self.floor = share * (FLOOR if len(context.deposits_before) <= SMALL else LARGE_FLOOR)
@@ -164,7 +164,7 @@ class InfeasiblePartJudge:
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None,
     ) -> BeadPlan | None:
-        """A bead that is expensive to search in full."""
+        """A bead that the quick search did not find; None: it is postponed."""
         before = self.context.work
         suspects = [] if self._suspect is None else [self._nearest(first, stop)]
         spent = self._first_pass and self.left(stop) < 0

@@ -88,8 +88,8 @@ class KnownBead:
 
 
 @dataclass(frozen=True, eq=False)
-class PutOff:
-    """A run up to its first bead that was put off.
+class PostponedRun:
+    """A run up to its first postponed bead.
 
     Attributes:
         plan: of the beads before it.
@@ -112,7 +112,7 @@ class BeadRun:
         reduced: whether travels are searched with few attempts from the beginning.
         share: of what the whole part may cost where it is lost.
         begun: where to go on; None: at the first bead.
-        full_searches: how many doubtful beads may be searched in full, from there on.
+        full_searches: how many postponed beads may be searched in full, from there on.
         lost: whether the part is known to be lost.
     """
 
@@ -122,7 +122,7 @@ class BeadRun:
     known: KnownBead | None = None
     reduced: bool = False
     share: float = 1.0
-    begun: PutOff | None = None
+    begun: PostponedRun | None = None
     full_searches: int = 0
     lost: bool = False
 
@@ -147,14 +147,14 @@ class PlannedRun:
     """What became of a run.
 
     Attributes:
-        plan: of its beads; of a run that went on from one that was put off, up to the next.
+        plan: of its beads; of a run that went on from a postponed one, up to the next.
         lost: whether a bead is known not to come out whole.
-        put_off: the run up to the first bead that was put off; None where none was.
+        postponed: the run up to the first bead that was postponed; None where none was.
     """
 
     plan: PartPlan
     lost: bool
-    put_off: PutOff | None
+    postponed: PostponedRun | None
 
 
 def plan_runs(
@@ -162,44 +162,44 @@ def plan_runs(
     planned: Callable[[Sequence[BeadRun], Callable[[], None]], list[PlannedRun]],
     progress: Progress | None = None,
 ) -> list[PartPlan]:
-    """Plan the runs of a part; doubtful beads come last, and are searched in full only as long as no bead is lost.
+    """Plan the runs of a part; postponed beads come last, and are searched in full only as long as no bead is lost.
 
     Args:
         runs: all beads of the part, in order.
-        planned: plans some runs, in order, whoever does it; calls its second argument for every bead.
-        progress: told how far it is.
+        planned: plans some runs, in order, in this process or others; calls its second argument for every bead.
+        progress: called with how far it is.
 
     Returns:
-        The plan of each run. Where the part is lost, beads that were put off are left open.
+        The plan of each run. Where the part is lost, postponed beads are left open.
     """
     with counted_progress(progress, "beads", sum(run.beads_left for run in runs)) as count:
         found = planned(runs, count)
-    doubtful = _doubtful(found)
-    if not doubtful or any(run.lost for run in found):
+    postponed = _postponed(found)
+    if not postponed or any(run.lost for run in found):
         return [run.plan for run in found]
     searches = 1
-    goes_on = [replace(runs[k], begun=found[k].put_off) for k in doubtful]
-    with counted_progress(progress, "beads from doubtful ones on", sum(run.beads_left for run in goes_on)) as count:
-        while doubtful := _doubtful(found):
+    goes_on = [replace(runs[k], begun=found[k].postponed) for k in postponed]
+    with counted_progress(progress, "beads from postponed ones on", sum(run.beads_left for run in goes_on)) as count:
+        while postponed := _postponed(found):
             lost = any(run.lost for run in found)
-            some = [replace(runs[k], begun=found[k].put_off, full_searches=searches, lost=lost) for k in doubtful]
-            for k, again in zip(doubtful, planned(some, count), strict=True):
+            some = [replace(runs[k], begun=found[k].postponed, full_searches=searches, lost=lost) for k in postponed]
+            for k, again in zip(postponed, planned(some, count), strict=True):
                 found[k] = again
             searches *= 2
     return [run.plan for run in found]
 
 
-def _doubtful(found: Sequence[PlannedRun]) -> list[int]:
-    return [k for k, run in enumerate(found) if run.put_off is not None]
+def _postponed(found: Sequence[PlannedRun]) -> list[int]:
+    return [k for k, run in enumerate(found) if run.postponed is not None]
 
 
 def plan_run(context: Context, run: BeadRun, count: Callable[[], None]) -> PlannedRun:
     """Plan some beads of a part and the travels between them.
 
     A bead that the quick search does not find, and that may cost more than the budget of a lost part allows, is
-    doubtful. A run that begins puts it off: the beads after it are planned as if it had not been there, to learn
-    whether the part is lost anyway. One that goes on from a doubtful bead searches it in full, with what else it may,
-    and ends before the next.
+    postponed. In the first round the beads after it are planned as if it had not been there, to learn whether the part
+    is infeasible anyway. A run that goes on from a postponed bead searches in full as many such beads as
+    it may (``full_searches``), and ends before the next.
 
     Args:
         context: what the search needs.
@@ -222,7 +222,7 @@ class _RunSearch:
         self.beads: list[BeadPlan] = []
         self.travels: list[TravelPath] = []
         self.travel_failures: dict[int, Failure] = {}
-        self.put_off: PutOff | None = None
+        self.postponed: PostponedRun | None = None
         if run.begun is not None:
             plan = run.begun.plan
             self.beads, self.travels = list(plan.beads), list(plan.travels)
@@ -239,7 +239,7 @@ class _RunSearch:
             judged = self.judge.judged
             bead = self._bead(first, stop, last)
             if bead is None:
-                self.put_off = self.put_off or PutOff(self._plan(), judged)
+                self.postponed = self.postponed or PostponedRun(self._plan(), judged)
                 if self.run.begun is not None:
                     break
                 bead = lost_bead(first, stop, {})
@@ -250,27 +250,32 @@ class _RunSearch:
             self.beads.append(bead)
             last = bead.stretches[-1] if bead.stretches else last
             count()
-        return PlannedRun(self._plan(), self.judge.lost, self.put_off)
+        return PlannedRun(self._plan(), self.judge.lost, self.postponed)
 
     def _plan(self) -> PartPlan:
         return PartPlan(tuple(self.beads), tuple(self.travels), dict(self.travel_failures))
 
     def _bead(self, first: int, stop: int, last: Stretch | None) -> BeadPlan | None:
-        """A bead; None: it is put off."""
+        """A bead; None: it is postponed."""
         if self.run.known is not None and self.run.known.bead.first == first:
             self.judge.knows(self.run.known.bead, self.run.known.spent)
             return self.run.known.bead
         q_before = self.run.q_before if last is None else last.q_targets[-1]
         found = self.ahead.bead(first, q_before)
-        vain = self.ahead.in_vain(first, q_before)
+        vain = self.ahead.failed_search(first, q_before)
         in_full = partial(plan_bead, self.context, first, stop, q_before, quickly=vain is None)
-        return found or self.judge.plan(first, stop, q_before, in_full, vain)
+        if found is not None:
+            return found
+        bead = self.judge.plan(first, stop, q_before, in_full, vain)
+        if bead is not None and bead.whole and (self.judge.lost or self.postponed is not None):
+            self.ahead.found_alone()  # behind what is lost there may be much that is not
+        return bead
 
     def _led_to(self, bead: BeadPlan, last: Stretch) -> BeadPlan:
         """A whole bead with the travel to it, or why there is none."""
         # where the part is lost, what is still searched for is what to report
         context, before, first = self.context, self.context.work, bead.first
-        reduced = self.run.reduced or self.put_off is not None
+        reduced = self.run.reduced or self.postponed is not None
         whole = not reduced and not self.travel_failures and all(bead.whole for bead in self.beads)
         known = not self.beads[-1].open and self.judge.left(bead.stop) > 0
         straight = self.ahead.travel(last, bead)

@@ -30,8 +30,8 @@ from .configurations import NEAR_COST, near_cost
 from .edges.edge_check import SearchedBead, Stretch, check_edges
 from .stations import STILL, Spacing, StationNodes, nodes_of_poses
 
-ROUNDS, LOOKS = 8, 24  # ways followed, and ways through the stations before each, until it is left to the full search
-MAX_TRIES = 4  # ways that are free, but near something, before the clearest of them is taken
+ROUNDS, PATHS_A_ROUND = 8, 24  # paths followed, and paths through the stations before each; then the full search
+FREE_PATHS = 4  # paths that are free, but near something, before the clearest of them is taken
 ROLL_SAMPLES_APART = 2  # samples the roll may change between stations
 BESIDE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # rolls checked between stations, samples
 NEARBY = np.array([-1, 0, 1])  # of those, from target to target
@@ -183,10 +183,10 @@ class StationSearch:
         arriving, weight = self._arriving(self.q[:, 0]), len(self.bead) / len(self.at)
         s = np.arange(len(self.at))
         free = 0
-        for _ in range(LOOKS):
+        for _ in range(PATHS_A_ROUND):
             cost = (self.cost + self.expected_cost) * weight
             cost[0] += arriving
-            if free == MAX_TRIES:  # what else may be clearer is not worth looking at
+            if free == FREE_PATHS:  # what else may be clearer is not worth looking at
                 return banded.cheapest(np.where(self.known == FREE, cost, np.inf), edges, shifts)
             path = banded.cheapest(np.where(self.known == HIT, np.inf, cost), edges, shifts)
             if path is None:

@@ -28,7 +28,7 @@ MARGIN_STEP = 0.1
 
 
 def sweep_document(case: Case, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The contract "rbam-sweep/1".
+    """The document of schema "rbam-sweep/1".
 
     Args:
         case: the case.

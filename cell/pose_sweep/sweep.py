@@ -61,18 +61,18 @@ class PoseScreening:
     """Poses of one cell to be screened together.
 
     Attributes:
-        mark: the case's fingerprint.
+        fingerprint: the case's fingerprint.
         case: the case.
         poses: what to try; they differ in the table's angles alone.
     """
 
-    mark: str
+    fingerprint: str
     case: Case
     poses: tuple[Pose, ...]
 
     def __call__(self) -> list[tuple[Pose, Row | None]]:
         """The poses, with the rows of those that are hopeless."""
-        job = _job(SweepTask(self.mark, self.case, self.poses[0]))
+        job = _job(SweepTask(self.fingerprint, self.case, self.poses[0]))
         found = screen_all(job, [(pose.E1_deg, pose.E2_deg) for pose in self.poses])
         return [
             (pose, None if one is None else _hopeless(job, pose, one))
@@ -85,12 +85,12 @@ class SweepTask:
     """What a worker is sent: a case as it was read, not what is made of it, so that it is small.
 
     Attributes:
-        mark: the case's fingerprint; a worker prepares each once.
+        fingerprint: the case's fingerprint; a worker prepares each once.
         case: the case; its meshes are read from their files where the worker runs.
         pose: what to try.
     """
 
-    mark: str
+    fingerprint: str
     case: Case
     pose: Pose
 
@@ -105,11 +105,11 @@ _ready = threading.local()  # jobs of a worker's thread: MuJoCo's model is chang
 def _job(unit: SweepTask) -> Job:
     """The job of a pose's cell, prepared at most once."""
     jobs: OrderedDict[tuple[str, Pose | None], Job] = _ready.__dict__.setdefault("jobs", OrderedDict())
-    key = unit.mark, unit.pose.variant
+    key = unit.fingerprint, unit.pose.variant
     if key not in jobs:
-        whole = unit.mark, None
+        whole = unit.fingerprint, None
         if whole not in jobs:
-            if mark_of(unit.case) != unit.mark:
+            if sweep_fingerprint(unit.case) != unit.fingerprint:
                 raise InputError(f"{unit.case.path}: a file of the case or the program changed while the sweep ran")
             jobs[whole] = prepare(unit.case)
         jobs[key] = first_group(variant_of(jobs[whole], unit.pose))
@@ -147,13 +147,13 @@ def first_group(job: Job) -> Job:
     return alone(job, table_groups(job)[0]) if job.case.table.mode == "indexed" else job
 
 
-def mark_of(case: Case) -> str:
+def sweep_fingerprint(case: Case) -> str:
     """What a sweep's rows depend on, as a short hash: of a table that indexes on what it builds first as well."""
-    mark = fingerprint(case)
+    found = fingerprint(case)
     if case.table.mode != "indexed":
-        return mark
+        return found
     first = case.table.poses[:1]
-    return "-".join([mark, "indexed", *(f"{one.sub_volume}{list(one.layers or ())}" for one in first)])
+    return "-".join([found, "indexed", *(f"{one.sub_volume}{list(one.layers or ())}" for one in first)])
 
 
 def _builds(job: Job) -> Row:
@@ -272,12 +272,12 @@ def sweep(
     """
     require_fixed_table(case)
     asked = [Pose(*pose) for pose in poses]
-    mark = mark_of(case)
-    with Log(log, mark) as book:
+    found = sweep_fingerprint(case)
+    with Log(log, found) as book:
         if book.damaged:
             LOG.warning("%s: %d damaged line(s) were left out; their poses are computed again", log, book.damaged)
         todo = [pose for pose in dict.fromkeys(asked) if pose not in book.done]
-        work = SweepPlan(mark, case, tuple(todo))
+        work = SweepPlan(found, case, tuple(todo))
         with counted_progress(progress, "table poses", len(asked), len(asked) - len(todo)) as count:
             try:
                 with closing(_outcomes(work, processes, executor)) as rows:
@@ -302,12 +302,12 @@ class SweepPlan:
     """What a sweep comes to.
 
     Attributes:
-        mark: the case's fingerprint.
+        fingerprint: the case's fingerprint.
         case: the case.
         poses: what to try.
     """
 
-    mark: str
+    fingerprint: str
     case: Case
     poses: tuple[Pose, ...]
 
@@ -317,7 +317,7 @@ class SweepPlan:
         for _, same in groupby(self.poses, key=lambda pose: pose.variant):
             some = tuple(same)
             parts = (some[i : i + SCREENED_TOGETHER] for i in range(0, len(some), SCREENED_TOGETHER))
-            found += [PoseScreening(self.mark, self.case, part) for part in parts]
+            found += [PoseScreening(self.fingerprint, self.case, part) for part in parts]
         return found
 
     def rows(self, compute: Compute) -> Rows:
@@ -333,10 +333,10 @@ class SweepPlan:
         with closing(compute(self.screenings())) as screened:
             for pose, row in chain.from_iterable(screened):
                 if row is None:
-                    left.append(SweepTask(self.mark, self.case, pose))
+                    left.append(SweepTask(self.fingerprint, self.case, pose))
                 else:
                     yield row
-        # in the order of the poses, whoever was first with its part
+        # in the order of the poses, whichever part came first
         number = {pose: i for i, pose in enumerate(self.poses)}
         left.sort(key=lambda unit: number[unit.pose])
         with closing(compute(left)) as rows:

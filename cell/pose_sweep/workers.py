@@ -1,4 +1,4 @@
-"""Who computes a sweep: processes of one's own, or any executor of ``concurrent.futures``.
+"""Runs a sweep in worker processes, or in any executor of ``concurrent.futures``.
 
     with worker_processes(2) as pool:
         for result in completed(pool, units): ...          # units are callables that can be pickled
@@ -93,7 +93,7 @@ def worker_processes(workers: int) -> Iterator[Executor]:
     try:
         yield pool
     except Terminated:
-        for process in active_children():  # a pose may take minutes, and whoever ends a process does not wait so long
+        for process in active_children():  # a pose may take minutes, which is too long to wait for at the end
             process.terminate()
         raise
     finally:

@@ -1,6 +1,6 @@
 """Work shared out among processes.
 
-Modules: ``worker_pool`` (who does the work, and results in the order of the items), ``work_round`` (items handed out
-until all are back), ``worker`` (what a worker process does), ``worker_link`` (a worker as this process sees it),
-``own_process`` (how such processes start, and who hears Ctrl-C).
+Modules: ``worker_pool`` (the worker processes; results come in the order of the items), ``work_round`` (hands out items
+until all results are there), ``worker`` (runs in a worker process), ``worker_link`` (this process' end of the pipe to a
+worker), ``own_process`` (starts such processes, and decides which of them Ctrl-C interrupts).
 """

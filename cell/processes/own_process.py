@@ -1,4 +1,4 @@
-"""Processes that are the program's own, or work for it: how they start, and who hears Ctrl-C.
+"""Processes that are the program's own, or work for it: how they start, and which of them Ctrl-C interrupts.
 
 begin_own_process()             # before MuJoCo is imported
 may_fork()                      # whether workers begin as copies of this process, with all that it has imported

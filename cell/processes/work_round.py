@@ -3,7 +3,7 @@
     found = WorkRound(work, workers, send, tick).results(meanwhile)
 
 This process works like the others. Meanwhile a thread of its own hears what workers say, so that none of them waits
-until an item is done here. Whoever is free takes the next item; results do not depend on who that is.
+until an item is done here. The next free process takes the next item; results do not depend on which one that is.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class WorkRound:
 
         Args:
             work: what is to be done.
-            workers: who is there beside this process.
+            workers: the workers beside this process.
             send: gives a worker the item of a number.
             tick: called in this thread for every step of any item.
         """
@@ -113,7 +113,7 @@ class WorkRound:
         return bool(self._busy)
 
     def _work_here(self, index: int, tick: Tick) -> None:
-        """An item in this process: as in a worker nobody else is at work there, and nobody is told of phases."""
+        """An item in this process: as in a worker there are no other workers, and phases are not reported."""
         work = self.work
         try:
             self.found[index] = Context().run(work.function, work.shared, work.items[index], tick)

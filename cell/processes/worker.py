@@ -80,7 +80,7 @@ def _heard(pipe: Connection) -> bytes:
 
 
 class _Told:
-    """Processor time of this process that has been told of, s: its start, and what is sent to it and by it, count."""
+    """Processor time of this process that has been reported, s; starting up, and sending and receiving, count."""
 
     seconds = 0.0
     start: float | None = None  # what passed until the first call
@@ -100,7 +100,7 @@ def _answer(function: Callable[..., Any], shared: object, item: object, tick: Ti
 
 
 def _sendable(error: Exception) -> Exception:
-    """An error as it can be sent; what cannot be is told in words."""
+    """An error as it can be sent; what cannot be is put into words."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:  # noqa: BLE001 (whatever an error's own code does)

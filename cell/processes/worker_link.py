@@ -1,4 +1,4 @@
-"""A worker process as the process that started it sees it: what is said to it, what it says, and what became of it.
+"""A worker process as the process that started it sees it: messages to it, messages from it, and how it ended.
 
 worker = WorkerLink(process, pipe)
 worker.send(packed((0, function, item)))

@@ -106,7 +106,7 @@ class WorkerPool:
                 self.close(at_once=True)
             raise
         finally:
-            _others.seconds += sum(one.spent.values())
+            _worker_time.seconds += sum(one.spent.values())
         here = time.process_time() - begun
         most = max((one.spent[pipe] - min(one.started[pipe], begun - since) for pipe in one.spent), default=0.0)
         self.busiest += max(most - here, 0.0)
@@ -210,22 +210,22 @@ def _spawned(there: Connection) -> BaseProcess:
 
 
 def _nothing() -> None:
-    """Nobody wants to know."""
+    """Does nothing: where no progress is reported."""
 
 
 @dataclass
-class _Others:
+class _WorkerTime:
     """Processor time that workers have used for this process, s."""
 
     seconds: float = 0.0
 
 
-_others = _Others()
+_worker_time = _WorkerTime()
 _pool: ContextVar[WorkerPool | None] = ContextVar("pool", default=None)
 
 
 def pool(*, large: bool = True) -> WorkerPool:
-    """Who does the work here.
+    """The pool of workers that is in use here, or one of this process alone.
 
     Args:
         large: whether the work is worth the start of processes that begin with nothing; if not, this process does it
@@ -240,7 +240,7 @@ def working(processes: int) -> Iterator[WorkerPool]:
     """Share work out among processes, which end with the block and with their parent.
 
     Args:
-        processes: how many; with 1 whoever is at work already goes on.
+        processes: how many; with 1 the workers there are already, if any, are used.
 
     Yields:
         The workers.
@@ -263,7 +263,7 @@ def working(processes: int) -> Iterator[WorkerPool]:
 
 def processor_time() -> float:
     """Processor time of this process and of the work that others have done for it, s."""
-    return time.process_time() + _others.seconds
+    return time.process_time() + _worker_time.seconds
 
 
 def cores() -> int:

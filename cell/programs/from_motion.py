@@ -23,7 +23,7 @@ from slicing import Code, Warning
 from ..arrays import Ints
 from ..case.sections import Case
 from ..job.job import Job, speeds
-from ..motion.deposition_speed import HELD
+from ..motion.deposition_speed import KEPT_SHARE
 from ..motion.motion import NO_MOVE, Motion
 from ..rigid import inverse
 from ..units import METRES_PER_MM
@@ -37,7 +37,7 @@ WINDOW_S = 2.0  # over which points are counted
 LINE_BYTES = 100  # of a point's line
 SPEED_STEP = 1e-5  # m/s: the digits of a speed
 TRAVEL_STEP = 1e-4  # likewise of ways with the arc off
-FASTEST = 2.0  # m/s of a line: what a controller takes
+MOST_LINE_SPEED = 2.0  # m/s of a line: what a controller takes
 FIRST_SHARE = 0.1  # of the axes' speed to the first point, from wherever the arm is
 JOINT_LINE = 1e-6  # rad that rows may be off the straight line of all axes
 WAIT = 1e-4  # s: rows at one place that last longer are a wait
@@ -108,7 +108,7 @@ def program_of_motion(job: Job, motion: Motion, frames: ProgramFrames) -> Progra
     program = Program(frames.program, made.moves(), tuple(made.events), (frames.tool,), (frames.base,))
     row = np.array(made.row)
     most = _points_a_second(motion.t_s[row[made.in_bead()]])
-    return ProgramOfMotion(program, row, len(motion.t_s), thinning, most, _told(job.case, len(row), most))
+    return ProgramOfMotion(program, row, len(motion.t_s), thinning, most, _size_warnings(job.case, len(row), most))
 
 
 def _points_a_second(t: Floats) -> float:
@@ -118,7 +118,7 @@ def _points_a_second(t: Floats) -> float:
     return float(count.max() / WINDOW_S)
 
 
-def _told(case: Case, points: int, most: float) -> tuple[Warning, ...]:
+def _size_warnings(case: Case, points: int, most: float) -> tuple[Warning, ...]:
     limits, found = case.controller, []
     if most > limits.points_a_second:
         text = f"program: up to {most:.1f} points a second inside beads; above {limits.points_a_second:g} "
@@ -179,7 +179,7 @@ class _Made:
             edge = np.concatenate([[True], (np.diff(self.motion.target[weld]) != 0) | (np.diff(weld) > 1)])
             first = np.flatnonzero(edge)
             reached = np.maximum.reduceat(self.tcp_speed[weld], first)
-            slow = reached < HELD * asked[weld[first]]
+            slow = reached < KEPT_SHARE * asked[weld[first]]
             out[weld] = np.repeat(np.where(slow, reached, asked[weld[first]]), np.diff([*first, len(weld)]))
         return np.maximum(np.round(out / SPEED_STEP), 1) * SPEED_STEP
 
@@ -257,7 +257,7 @@ class _Made:
             joint = _farthest(self._on_axes, at, last)
             steps = slice(at, max(straight, joint))
             if straight > joint or (straight == joint and straight > at + 1):
-                speed = min(float(self.tcp_speed[steps].max()), FASTEST)
+                speed = min(float(self.tcp_speed[steps].max()), MOST_LINE_SPEED)
                 self._move(straight, MoveKind.LINEAR, speed=max(round(speed / TRAVEL_STEP), 1) * TRAVEL_STEP)
                 at = straight
             else:

@@ -60,8 +60,8 @@ def pose_rows(job: Job, run: SimulatedProgram) -> tuple[list[str], list[list[Any
                 *_numbers(in_base[n]),
                 *_numbers(in_part[n]),
                 *(f"{a:.5f}" for a in axes[n]),
-                *(_told(moves.speed[k] / METRES_PER_MM), _told(moves.axis_share[k] * 100)),
-                *(_told(moves.blend[k] / METRES_PER_MM), arc, int(beads[row]), int(motion.layer[row])),
+                *(_figure(moves.speed[k] / METRES_PER_MM), _figure(moves.axis_share[k] * 100)),
+                *(_figure(moves.blend[k] / METRES_PER_MM), arc, int(beads[row]), int(motion.layer[row])),
                 *(t.sub_volume[t.sub_volume_index[target]], int(targets[row])),
             ]
         )
@@ -93,5 +93,5 @@ def _numbers(T: Floats) -> list[str]:
     return [*place, *(f"{a:.6f}" for a in np.rad2deg(row[3:])), *(f"{v:.9f}" for v in (w, x, y, z))]
 
 
-def _told(value: float) -> str:
+def _figure(value: float) -> str:
     return f"{value:.4f}" if np.isfinite(value) else ""

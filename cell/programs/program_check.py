@@ -37,7 +37,7 @@ PROGRAM_REASONS = ("unreachable", "tool", "base", "external", "blend", "arc")
 TOOL_OFF, TOOL_TURNED = 5e-5, np.deg2rad(0.05)  # m and rad that a program's tool may differ from the torch
 ROOT_ARM = 1.0  # m from a table's root to the part, by which a turn of it counts
 STILL = np.deg2rad(0.001)  # of the table
-FASTEST = 3.0  # m/s: no arm's TCP is led faster
+MOST_TCP_SPEED = 3.0  # m/s: no arm's TCP is led faster
 WIDER = 1e-9  # beyond a limit: rounding alone
 
 
@@ -142,7 +142,7 @@ def _program_findings(run: SimulatedProgram, job: Job) -> Iterator[Found]:
     yield from _roots(run.program, job)
     yield from _externals(run.program, job)
     yield from _welding_moves(run, job)
-    yield from _stretches(Failure(Kind.PATH_SPEED, limit=FASTEST, place=IN_ROWS), run.program.moves.speed)
+    yield from _stretches(Failure(Kind.PATH_SPEED, limit=MOST_TCP_SPEED, place=IN_ROWS), run.program.moves.speed)
 
 
 def _tools(run: SimulatedProgram, job: Job) -> Iterator[Found]:

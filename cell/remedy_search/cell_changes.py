@@ -17,6 +17,7 @@ from slicing import SeamPlace
 
 from ..case.read import with_changes
 from ..case.sections import Case
+from ..collision.model_copies import discard_spare
 from ..job.job import Job
 from ..mjcf.torch import TorchDimensions
 from ..rigid import frames
@@ -36,6 +37,9 @@ class _Length(Change):
 
     def applied(self, job: Job, case: Case, size: float) -> Job:
         """The job in the changed scene."""
+        discard_spare(
+            job.scene.model
+        )  # of a large cell it would be there beside all that the next one is compiled from
         return replace(job, case=case, scene=compose(case, job.shape))
 
     def words(self, was: Any, to: Any) -> str:
@@ -189,7 +193,7 @@ class DepositionSpeed(Change):
 
     def bounds(self, job: Job, most: float) -> str:
         """The least share."""
-        return f"deposition speed down to {1 - most:.0%}"
+        return f"deposition speed down to {100 * (1 - most):.0f} %"
 
 
 @dataclass(frozen=True)
@@ -214,7 +218,7 @@ class BlendDistance(Change):
 
     def bounds(self, job: Job, most: float) -> str:
         """The least share."""
-        return f"rounding of corners down to {1 - most:.0%}"
+        return f"rounding of corners down to {100 * (1 - most):.0f} %"
 
 
 @dataclass(frozen=True)

@@ -53,8 +53,8 @@ WIDER_STEPS = (5.0, 10.0, 20.0, 40.0, 80.0, 120.0, 180.0)  # deg, of the roll: a
 
 
 @dataclass(frozen=True, eq=False)
-class ChangeBase:
-    """What changes are made to.
+class CheckedCase:
+    """A case as it was checked: what changes are made to.
 
     Attributes:
         job: what was checked.
@@ -137,7 +137,7 @@ class ChangeBase:
         }
 
 
-def single_changes(start: ChangeBase, *, slower: bool = False, sharper: bool = False) -> list[Change]:
+def single_changes(start: CheckedCase, *, slower: bool = False, sharper: bool = False) -> list[Change]:
     """The changes that are worth trying on a case.
 
     Args:
@@ -190,7 +190,7 @@ def seam_changes(places: Mapping[str, tuple[SeamPlace, ...]]) -> list[Change]:
     return [SeamPosition(1, tuple(map(float, range(len(p)))), name, p) for name, p in places.items() if p]
 
 
-def table_pose_change(start: ChangeBase) -> TablePose | None:
+def table_pose_change(start: CheckedCase) -> TablePose | None:
     """Both table angles together; None where the table has not both."""
     if not start.job.scene.has_axis.all():
         return None

@@ -24,7 +24,7 @@ from ik.solver import Solver
 from ..arrays import Ints
 from ..farthest_points import farthest_points
 from .change import Change
-from .changes import ChangeBase
+from .changes import CheckedCase
 
 Bools = NDArray[np.bool_]
 BAD, GOOD = 96, 48  # targets in the sample; a quarter of them without a closed form
@@ -34,7 +34,7 @@ TURN_MM = 35.0  # a right angle between normals counts as 50 mm of distance
 class Screening:
     """Which sampled targets the arm can reach after which changes."""
 
-    def __init__(self, start: ChangeBase, bad: Sequence[int], good: Sequence[int], must: Sequence[int] = ()) -> None:
+    def __init__(self, start: CheckedCase, bad: Sequence[int], good: Sequence[int], must: Sequence[int] = ()) -> None:
         """Choose the sample.
 
         Args:

@@ -30,7 +30,7 @@ from ..verdict.result import Result
 from .angle_changes import RollFree, RollRange
 from .bead_trial import first_failure
 from .change import Change
-from .changes import ChangeBase, seam_changes, single_changes, table_pose_change
+from .changes import CheckedCase, seam_changes, single_changes, table_pose_change
 from .remedy import Remedy
 from .screening import Screening, size_between
 from .seam_changes import counterparts, seam_places
@@ -39,9 +39,9 @@ from .target_groups import TargetGroup, target_groups
 
 MOST_GROUPS = 4  # searched; the largest
 CHECKS_WHOLE, CHECKS_GROUP = 8, 2  # whole checks that a search may cost
-LARGE_PART = 600  # targets from which on parts get fewer of them
+FEWER_CHECKS_FROM = 600  # targets; larger parts get fewer whole checks
 CHECKS_OPEN = 2  # of a part that was lost before all of it was checked
-MAX_TRIES = 4  # times as much where there is no limit of time
+UNTIMED_FACTOR = 4  # so many times more whole checks where there is no limit of time
 TRIALS = 6  # sizes tried on some beads for each whole check
 TRIES = 5  # growing sizes of one change
 GROW = 1.9
@@ -132,7 +132,7 @@ class _RemedySearch:
         self.result, self.count, self.deadline = result, count, deadline
         # a changed case that fails is not checked any further
         job = replace(result.job, case=with_changes(result.job.case, checks=_reduced_budget(result.job.case.checks)))
-        self.start = ChangeBase(job, *result.asked)
+        self.start = CheckedCase(job, *result.asked)
         self.bad = set(result.failures)
         slow = any(row.reason == "speed" for row in result.rows)
         cut = any(f.rounded and f.where is Where.BEAD for f in result.failures.values())
@@ -173,8 +173,8 @@ class _RemedySearch:
             Remedies, those that mend the whole part first, then by effort; one without a change where none was found.
         """
         n = len(self.result.rows)
-        checks *= 1 if np.isfinite(self.deadline) else MAX_TRIES
-        self.left = checks if n <= LARGE_PART else max(checks * LARGE_PART // n, 2)
+        checks *= 1 if np.isfinite(self.deadline) else UNTIMED_FACTOR
+        self.left = checks if n <= FEWER_CHECKS_FROM else max(checks * FEWER_CHECKS_FROM // n, 2)
         if self.result.not_looked_at:
             self.left = min(self.left, CHECKS_OPEN)
         self.tries = TRIALS * self.left
@@ -342,6 +342,6 @@ def _these(targets: Ints) -> str:
     return "this target" if len(targets) == 1 else f"these {len(targets)} targets"
 
 
-def _bounds(start: ChangeBase, change: Change, every: list[Change]) -> str:
+def _bounds(start: CheckedCase, change: Change, every: list[Change]) -> str:
     """How far a key was searched, in words."""
     return change.bounds(start.job, max(k.steps[-1] for k in every if k.key == change.key))

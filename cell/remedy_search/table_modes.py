@@ -5,7 +5,7 @@
     trial.holds()                             # the whole part checked
 
 Each is a case of its own, prepared and checked like any other: nothing of the verdict at hand is taken over. A table
-that indexes is only checked where each sub-volume has a pose that nothing speaks against.
+that indexes is only checked where each sub-volume has a pose that passes the screening.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The document of a check, as the contracts describe it.
+"""The document of a check, as docs/formats.md describes it.
 
 Use:
 
@@ -35,7 +35,7 @@ def report_document(
     remedies: Sequence[Remedy] = (),
     all_reasons: Mapping[int, list[Excluded]] | None = None,
 ) -> dict[str, Any]:
-    """The contract "rbam-report/1": see docs/formats.md.
+    """The document of schema "rbam-report/1": see docs/formats.md.
 
     Args:
         result: the verdict.
@@ -131,7 +131,7 @@ def _rows(result: Result, all_reasons: Mapping[int, list[Excluded]] | None) -> I
 
 
 def table_document(result: Result) -> dict[str, Any]:
-    """Table angles as the contracts write them."""
+    """Table angles as documents write them."""
     return {
         "E1_deg": float(result.asked[0]),
         "E2_deg": float(result.asked[1]),
@@ -154,7 +154,7 @@ def roll_text_of(result: Result) -> str:
 
 
 def least_document(result: Result, what: str) -> dict[str, Any] | None:
-    """The least clearance or singularity margin as the contract writes it."""
+    """The least clearance or singularity margin as the document has it."""
     if what == "clearance":
         c = result.clearance
         if c is None:

@@ -1,4 +1,4 @@
-"""What is said of a result: the terminal report.
+"""The report on a result, for the terminal.
 
 Use:
 
@@ -38,8 +38,8 @@ WORST = 8  # infeasible targets shown on the terminal
 def metal_in_words(d: dict[str, Any]) -> str:
     """Metal of `metal_document` in a few words."""
     return (
-        f"{d['mass_g']:.0f} g, {d['wire_m']:.1f} m of wire; {d['laid_mm3']:.0f} mm3 laid, {d['share']:.0%} of the"
-        f" {d['wanted_mm3']:.0f} mm3 that the layers need"
+        f"{d['mass_g']:.0f} g, {d['wire_m']:.1f} m of wire; {d['laid_mm3']:.0f} mm3 laid, {100 * d['share']:.0f} % of"
+        f" the {d['wanted_mm3']:.0f} mm3 that the layers need"
     )
 
 
@@ -88,19 +88,17 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     layers = sum(job.layers)
     beads = int(job.targets.bead.max()) + 1
     made = job.case.slicing.strategy if job.sliced else "from a toolpath"
-    yield (
-        "part",
-        f"{len(job.layers)} sub-volume(s), {made}: {layers} layers, {beads} beads, {n} targets",
-    )
+    volumes = f"{len(job.layers)} sub-volume{'s' * (len(job.layers) != 1)}"
+    yield "part", f"{volumes}, {made}: {layers} layers, {beads} beads, {n} targets"
     for line in found_lines(job.T_part_input, job.evidence):
         name, text = line.split(": ", 1)
         yield name, text
     good, looked = result.looked_at - result.infeasible, result.looked_at
     of = f"{n} targets" if looked == n else f"the {looked} targets checked"
-    yield "reached", f"{good} of {of} ({job.solver.name}, roll {roll_text_of(result)})"
+    yield "weldable", f"{good} of {of} ({job.solver.name}, roll {roll_text_of(result)})"
     counts = ", ".join(f"{reason} {k}" for reason, k in result.reasons.items() if k)
     if counts:
-        yield "not reached", counts
+        yield "not weldable", counts
     if looked < n:
         left_out = f"{n - looked} of {n} targets"
         yield "not checked", f"{left_out}: the part is infeasible without them (--every-target checks them)"
@@ -123,7 +121,7 @@ def _facts(result: Result) -> Iterator[tuple[str, str]]:
     if result.poses:
         yield "table", "\n".join(pasted_poses(result)).removeprefix("table: ")
     gravity = np.rad2deg(result.gravity)
-    yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off straight up"
+    yield "deposition", f"{gravity.min():.0f} to {gravity.max():.0f} deg off upright"
     if result.motion is not None:
         motion = result.motion
         dwell = f", {motion.dwell_time:.0f} s waiting" if round(motion.dwell_time) else ""
@@ -174,4 +172,4 @@ def _worst(result: Result, every: bool) -> RenderableType:
 def _bead_figures(laid: LaidSubVolume) -> tuple[str, str]:
     """Greatest overhang angle, and metal laid as a share of what the layers take."""
     angle = worst_angle(laid.overhangs)
-    return "-" if angle is None else f"{angle:.0f}", f"{share_of(laid.metal):.0%}"
+    return "-" if angle is None else f"{angle:.0f}", f"{100 * share_of(laid.metal):.0f} %"

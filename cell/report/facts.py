@@ -4,7 +4,7 @@ Use:
 
     headline("propeller", "E1 = 90, E2 = 180 deg", feasible=True)
 
-    facts_grid([("part", "1 sub-volume(s)"), ("speed", "held all along")])    # a rich renderable
+    facts_grid([("part", "1 sub-volume"), ("speed", "kept all along")])    # a rich renderable
 """
 
 from __future__ import annotations

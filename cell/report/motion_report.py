@@ -1,4 +1,4 @@
-"""What is said of a motion from outside: the document, and the terminal report.
+"""The report on a motion from outside: its document, and lines for the terminal.
 
 Use:
 
@@ -30,7 +30,7 @@ SHOWN = 8  # findings on the terminal
 
 
 def motion_document(result: MotionResult, path: str) -> dict[str, Any]:
-    """The contract "rbam-motion-report/1".
+    """The document of schema "rbam-motion-report/1".
 
     Args:
         result: what was found.
@@ -131,7 +131,7 @@ def motion_lines(result: MotionResult, path: str) -> Iterator[RenderableType]:
 
 
 def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """What is said of a motion, as names and texts.
+    """The report on a motion, as names and texts.
 
     Args:
         result: what was found.
@@ -141,7 +141,7 @@ def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str,
         yield "welded", f"{d['welded']} of {d['targets']} targets"
     counts = ", ".join(f"{reason} {k}" for reason, k in d["reasons"].items() if k)
     if counts:
-        yield "found", counts
+        yield "faults", counts
     c, s = d["least_clearance"], d["least_singularity_margin"]
     if c:
         limit = result.job.case.checks.clearance_mm
@@ -157,7 +157,7 @@ def motion_facts(result: MotionResult, d: dict[str, Any]) -> Iterator[tuple[str,
     yield "drives", ", ".join(f"{axis} at {100 * v:.0f} % of its {kind}" for kind, (axis, v) in most.items())
     if d["speed"]["least_share"] is not None:
         share, start = d["speed"]["least_share"], d["speed"]["from_target"]
-        yield "speed", f"held to {100 * share:.0f} % or more over every 5 mm, least from target {start}"
+        yield "speed", f"kept to {100 * share:.0f} % or more over every 5 mm, least from target {start}"
     dwell = f", {d['dwell_s']:.0f} s waiting" if d["dwell_s"] else ""
     yield (
         "motion",

@@ -1,4 +1,4 @@
-"""What is said of a robot program that is checked.
+"""The report on a robot program: its document, and lines for the terminal.
 
 Use:
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def program_report(result: ProgramResult, path: str) -> dict[str, Any]:
-    """The contract "rbam-motion-report/1" of a program: as of a motion, with lines.
+    """The document of schema "rbam-motion-report/1" of a program: as of a motion, with lines.
 
     Args:
         result: what was found.
@@ -116,11 +116,12 @@ def program_lines(result: ProgramResult, path: str) -> Iterator[RenderableType]:
 
 def _facts(result: ProgramResult, document: dict[str, Any]) -> Iterator[tuple[str, str]]:
     program = result.program
-    passed = ", ".join(f"{n} {kind}" for kind, n in program.passed_over.items())
+    passed = ", ".join(f"{kind}: {n}" for kind, n in program.passed_over.items())
+    files = max(len(program.files), 1)
     kinds = np.bincount(program.moves.kind, minlength=len(MoveKind))
     names = {"PTP": kinds[MoveKind.AXES], "LIN": kinds[MoveKind.LINEAR], "CIRC": kinds[MoveKind.CIRCULAR]}
     shown = ", ".join(f"{count} {name}" for name, count in names.items() if count)
-    yield "program", f"{program.name}: {shown} in {max(len(program.files), 1)} file(s)"
+    yield "program", f"{program.name}: {shown} in {files} file{'s' * (files != 1)}"
     yield from motion_facts(result.found, document)
     if passed:
         yield "not run", passed

@@ -22,7 +22,7 @@ MAPS = 4  # shown one below the other; of more, only the best
 
 
 def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
-    """The terminal's maps of a sweep: rows are E1, columns E2.
+    """The terminal's maps of a sweep: rows are E1, the greatest at the top, columns E2.
 
     Yields:
         rich renderables.
@@ -30,7 +30,7 @@ def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
     from rich.text import Text
 
     groups = variants(document)
-    yield Text.assemble((document["case"], "bold"), f"  feasible table poses{_of_what(document)}; E1 down, E2 across")
+    yield Text.assemble((document["case"], "bold"), f"  feasible table poses{_of_what(document)}; E1 up, E2 across")
     if len(groups) > 1:
         yield _overview(groups)
     best = document["best"]
@@ -82,7 +82,7 @@ def _map(rows: list[SweepRow]) -> Iterator[RenderableType]:
     wide = len(e2) <= MOST_COLUMNS
     if wide:
         yield Text(" " * 8 + "".join(f"{v:>{CELL}g}" for v in e2), style="dim")
-    for tilt in e1:
+    for tilt in reversed(e1):
         line = Text(f"{tilt:>7g} ", style="dim")
         for turn in e2:
             line.append(*_mark(at.get((tilt, turn)), wide))

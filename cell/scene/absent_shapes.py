@@ -1,7 +1,7 @@
 """Links whose shapes collide with nothing, and wires that are none: what a check leaves out.
 
     links_without_shapes(model, arm_joints, table_joints, piece)      # typed warnings, one a model
-    wires_told(model, wire_geom)                                      # likewise
+    wire_warnings(model, wire_geom)                                      # likewise
 
 A link is what moves together: the bodies between one axis and the next, and what is welded to them.
 """
@@ -61,7 +61,7 @@ def links_without_shapes(
             yield Warning(Code.LINK_WITHOUT_SHAPES, text)
 
 
-def wires_told(model: mujoco.MjModel, wire_geom: NDArray[np.bool_]) -> Iterator[Warning]:
+def wire_warnings(model: mujoco.MjModel, wire_geom: NDArray[np.bool_]) -> Iterator[Warning]:
     """Say what is not checked for the shapes that the case calls the wire.
 
     Args:

@@ -29,7 +29,7 @@ from ..mjcf.detection import lean_cylinders, make_detectable
 from ..mjcf.held_joints import HeldJoints
 from ..mjcf.model_names import require
 from ..progress import phase
-from .absent_shapes import links_without_shapes, wires_told
+from .absent_shapes import links_without_shapes, wire_warnings
 from .composition import BodyOwner, CellAssembly, one_line
 from .contacts import pair_tool_with_arm, set_contact_bits
 from .equipment import add_positioner, add_robot, leave_out_table
@@ -171,7 +171,7 @@ def _bind(pieces: CellAssembly, model: mujoco.MjModel, part: PartShape, home: di
         warnings=(
             *pieces.warnings,
             *links_without_shapes(model, arm_joints, there, piece),
-            *wires_told(model, wire_geom),
+            *wire_warnings(model, wire_geom),
         ),
     )
 

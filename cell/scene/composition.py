@@ -39,7 +39,7 @@ class CellAssembly:
     """A cell while it is put together.
 
     Attributes:
-        world: what there is so far.
+        world: the cell so far.
         case: the case.
         piece: by body name, what it belongs to.
         names: what the models' elements are called in the cell.

@@ -39,7 +39,7 @@ UNUSED = ("unused/E1", "unused/E2")  # joints of axes that a positioner does not
 ROOT, PLATE = "fixed_table", "fixed_table_plate"  # bodies of a table without axes
 UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
 DRIVEN = ("actuators", "sensors", "tendons", "equalities", "keys", "tuples", "texts", "skins")
-LOOKS = ("global_", "headlight", "map", "quality", "rgba", "scale")
+VISUAL_SETTINGS = ("global_", "headlight", "map", "quality", "rgba", "scale")
 SIZES = (
     "memory",
     "nkey",
@@ -74,7 +74,7 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
         raise InputError(f"{path}: is not an MJCF that MuJoCo can read: {one_line(error)}") from None
     settle_files(spec, path)
     # bodies that are fused and shapes that are dropped would be missed where the model is compiled by itself: what is
-    # told of a site or a shape is told in the frame of its own body. Masses say nothing here.
+    # known of a site or a shape is known in the frame of its own body. Masses do not matter here.
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
     spec.compiler.settotalmass = -1.0
     return spec
@@ -121,7 +121,7 @@ def _let_collide(spec: mujoco.MjSpec) -> None:
 
 def _with_the_cells_options(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> None:
     """Give a model the cell's options, looks and sizes: MuJoCo keeps the cell's, and says so of each that differs."""
-    looks = ((getattr(spec.visual, name), getattr(world.visual, name)) for name in LOOKS)
+    looks = ((getattr(spec.visual, name), getattr(world.visual, name)) for name in VISUAL_SETTINGS)
     for own, cells in ((spec.option, world.option), *looks):
         for name in (n for n in dir(cells) if not n.startswith("_")):
             value = getattr(cells, name)

@@ -156,11 +156,8 @@ class Scene:
                         f"{name} = {np.rad2deg(value):g} deg: this positioner has no such axis and stands at 0 "
                         f"(positioner.joints: {has})"
                     )
-                turn = (
-                    "; the same angle one turn further is inside"
-                    if any(low <= value + k * 2 * np.pi <= high for k in (-1, 1))
-                    else ""
-                )
+                same = (value + turns * 2 * np.pi for turns in (-1, 1))
+                turn = "".join(f"; equals {np.rad2deg(v):g} deg, which is inside" for v in same if low <= v <= high)
                 low_deg, high_deg, deg = np.rad2deg([low, high, value])
                 raise InputError(
                     f"{name} = {deg:g} deg is outside the positioner's range {low_deg:g} .. {high_deg:g} deg{turn}"

@@ -1,6 +1,6 @@
 """Settling hopeless poses without a search: what no motion can help is found from the targets one by one.
 
-    found = screen(job, E1_deg, E2_deg)       # None: nothing speaks against the pose, it needs a check
+    found = screen(job, E1_deg, E2_deg)       # None: the pose passes, and needs a check
     screen_all(job, [(90, 180), (0, 0)])      # the same at many poses, faster
     found.infeasible, found.reasons, found.looked_at
 
@@ -64,7 +64,7 @@ def screen(job: Job, E1_deg: float, E2_deg: float, laid: int | None = None) -> S
         laid: deposits on the table once all of the job's targets are welded; all of the part's where left out.
 
     Returns:
-        What was found; None where nothing speaks against the pose.
+        What was found; None where the pose passes.
 
     Raises:
         InputError: the positioner has no such angles.

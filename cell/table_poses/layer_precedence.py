@@ -29,7 +29,7 @@ from .layer_order import NEVER
 from .parallel_poses import pool_for_poses
 from .table_turn import Angles
 
-SPARE = 1e-3  # m beyond the clearance asked for: a bead's way is narrower than its targets
+ROOM_TO_SPARE = 1e-3  # m beyond the clearance asked for: a bead's way is narrower than its targets
 FEW_CONFIGURATIONS = 24  # configurations with which less and less is tried
 CHEAP = 8  # configurations that are checked first: most targets are free in one of them
 
@@ -64,7 +64,7 @@ class _Neighbours:
         self.job, self.own, self.pose = job, own, pose
         self.placed = place_targets(job.targets, job.scene.T_base_part(*pose))
         self.most = max(job.layers)
-        self.clearance = settings_of(job).clearance + SPARE
+        self.clearance = settings_of(job).clearance + ROOM_TO_SPARE
         # of every deposit the sub-volume and the layer
         self.sub_volume = np.full(job.shape.n_deposits, -1)
         self.layer = np.zeros(job.shape.n_deposits, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Who checks a part's table poses: workers, where the part is large enough for them to be worth their start.
+"""Checks a part's table poses in worker processes, if the part is large enough for these to be worth their start.
 
 found = pool_for_poses(job).run(function, job, items)
 """

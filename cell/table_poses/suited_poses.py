@@ -1,4 +1,4 @@
-"""Poses of the table that suit a group of targets: those that lay it nearest to upright, that nothing speaks against.
+"""Poses of the table that suit a group of targets: of those that pass the screening, those nearest to upright.
 
     for suited in suited_poses(job, group): ...      # suited.pose: E1, E2 in rad; the best first
 
@@ -36,7 +36,7 @@ BAND_DEG = 5.0  # steps in which angles off upright count as alike
 ROOM = 5e-3  # m: steps in which clearances count as alike
 APART = np.deg2rad(14.0)  # poses nearer to one another than this are not both checked
 MOST_SCREENED = 40
-SURVIVORS = 5  # poses that nothing speaks against are enough
+SURVIVORS = 5  # poses that pass the screening are enough
 ROOM_TARGETS = 8  # targets whose room is checked
 CHEAP = 6  # configurations of each
 ABSENT = np.iinfo(np.int64).max // 2  # number of a deposit that is never there
@@ -44,7 +44,7 @@ ABSENT = np.iinfo(np.int64).max // 2  # number of a deposit that is never there
 
 @dataclass(frozen=True)
 class SuitedPose:
-    """A pose that nothing speaks against.
+    """A pose that passed the screening.
 
     Attributes:
         band: step of the greatest angle off upright.
@@ -140,7 +140,7 @@ def alone(job: Job, group: TableGroup) -> Job:
 
 
 def suited_poses(job: Job, group: TableGroup) -> list[SuitedPose]:
-    """Poses for a group that nothing speaks against as long as no other sub-volume is there, the best first.
+    """Poses for a group that pass the screening as long as no other sub-volume is there, the best first.
 
     Args:
         job: from ``cell.job.job.prepare``.

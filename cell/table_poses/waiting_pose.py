@@ -22,14 +22,14 @@ from ..failure import Failure
 from ..planning.assemble import home_travel_time
 from ..planning.bead_plan import reduced_budget
 from ..planning.context import Context
-from ..planning.edges.edge_check import UNKNOWN_SPEED
+from ..planning.edges.edge_check import UNLIMITED_SPEED
 from ..planning.travels.home import SpanEnds
 from ..planning.travels.travel import STRAIGHT, TravelPath, straight_retract, travel
 from .table_turn import TableTurn, TurnSearch
 
 SHARES = (0.0, 0.15, 0.3, 0.5, 0.7)  # of a way, from where the torch is drawn back on
 TRIED = 3  # places that the table's turn is clear of, to which ways are searched
-NEARLY = 1 + 2 * NEAREST_SHARE  # times a least distance: within this it is not known which of two is nearer
+EQUAL_FACTOR = 1 + 2 * NEAREST_SHARE  # times a least distance: within it is not known which of two is nearer
 WORTH_S = 0.05  # s: what saves less is not worth another place
 
 
@@ -96,7 +96,7 @@ def nearer_place(turns: TurnSearch, before: TurnEnd, after: TurnEnd, turn: Table
         return None
     known = _seconds(turns, before, after, turn, back, out)
     speed = before.context.solver.chain.max_speed
-    speed = np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
+    speed = np.where(np.isfinite(speed), speed, UNLIMITED_SPEED)
     ends = before.ends.last.q_targets[-1], after.ends.first.q_targets[0]
     places = [p for p in _places(before, after, back, out) if np.abs(p - turn.q).max() > 1e-6]
     places.sort(key=lambda p: sum(float((np.abs(p - end) / speed).max()) for end in ends))
@@ -121,7 +121,7 @@ def _as_near(before: TurnEnd, after: TurnEnd, found: NearerPlace) -> NearerPlace
     assert back is not None
     assert out is not None
     for end, old, new in zip((before, after), _checked(before, after, back, out), (found.back, found.out), strict=True):
-        nearly = NEARLY * end.least + NEAREST
+        nearly = EQUAL_FACTOR * end.least + NEAREST
         if old.least <= nearly < new.least:
             return None
     return found

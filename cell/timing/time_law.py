@@ -233,8 +233,8 @@ def _bounds(path: _Path, grid: Floats) -> GridBounds:
 def _uneven(paths: Sequence[_Path]) -> list[NDArray[np.bool_]]:
     """Pieces of each path, (m - 1,), on which the speed changes, and those beside them: others need no finer grid.
 
-    They are told by the law on a grid of the samples and of where the roundings of corners begin and end: a law that
-    keeps to its bounds, though it need not be the fastest.
+    They are computed by the law on a grid of the samples and of where the roundings of corners begin and end: a law
+    that keeps to its bounds, though it need not be the fastest.
     """
     out = [np.ones(len(path.s) - 1, dtype=bool) for path in paths]
     many = [k for k, path in enumerate(paths) if path.s[-1] * PER_ZONE / path.zone + len(path.s) - 1 > FEW]

@@ -6,7 +6,7 @@
 Of a large part that is lost not every target is checked (``cell.planning.infeasible_part``): those are neither
 feasible nor infeasible, and their number is ``result.not_looked_at``.
 
-"Feasible" is said of a motion that was followed and checked between the targets as well; a target that is not feasible
+A motion is called feasible if it was followed and checked between the targets as well; a target that is not feasible
 carries the reason of its best candidate, and ``proved`` where every configuration it could have has been checked.
 Radians and metres.
 """
@@ -111,7 +111,7 @@ class SpanVerdict:
         clearance: as of :class:`Result`, and so
         singularity: and
         sigma: this.
-        warnings: what is to be said of the ways.
+        warnings: about the ways.
         ends: how it is come to and left, where it is feasible.
     """
 
@@ -177,7 +177,7 @@ def _short_retracts(context: Context, plan: PartPlan, home: HomeTravels | None) 
     """A warning where the torch is drawn back straight by less than the case asks for."""
     stretches, asked = plan.stretches, context.settings.retract
     if len(plan.travels) != len(stretches) - 1:
-        return []  # the part is lost, and what is wrong is said of its targets
+        return []  # the part is infeasible, and its targets say why
     ends = [
         (way, s, at)
         for way, a, b in zip(plan.travels, stretches, stretches[1:], strict=False)

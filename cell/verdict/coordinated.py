@@ -114,7 +114,7 @@ def _trials(job: Job, *, impossible: bool) -> list[_ScheduleTrial]:
     for side, aim in _aims(job, schedule):
         if aim is not None and any(not t.lost and not t.blocked for t in trials):
             break  # upright as it is
-        trial = _looked_at(job, schedule, side, aim)
+        trial = _schedule_trial(job, schedule, side, aim)
         if trial is not None and not any(np.allclose(t.way.tables, trial.way.tables, atol=1e-3) for t in trials):
             trials.append(trial)
         if impossible and trials:
@@ -139,7 +139,7 @@ def _aims(job: Job, schedule: Schedule) -> Iterator[tuple[int, Floats | None]]:
             yield side, np.cos(lean) * up + np.sin(lean) * towards
 
 
-def _looked_at(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _ScheduleTrial | None:
+def _schedule_trial(job: Job, schedule: Schedule, side: int, aim: Floats | None) -> _ScheduleTrial | None:
     """A way of the table with a first opinion on it."""
     t = job.targets
     length = np.linalg.norm(np.diff(t.position, axis=0), axis=1) * METRES_PER_MM

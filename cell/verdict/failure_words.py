@@ -67,7 +67,7 @@ def _reach(failure: Failure) -> str:
         beyond = np.copysign(1.0, measure) > 0
         return f"{abs(measure):.1f} mm " + ("beyond the arm's reach" if beyond else "inside the arm's least reach")
     assert effort is not None
-    return effort.note or f"not found from {effort.seeds} seeds at {effort.rolls} roll(s)"
+    return effort.note or f"not found from {effort.seeds} seeds at {effort.rolls} roll{'s' * (effort.rolls != 1)}"
 
 
 def _margin(failure: Failure) -> str:
@@ -87,8 +87,8 @@ def _overhang(failure: Failure) -> str:
 def _deposition(failure: Failure) -> str:
     assert isinstance(failure.cause, SlowdownCause)
     why = f"; {failure.axis}'s {failure.cause.by}" if failure.axis else ""
-    held = f"{100 * _number(failure.measure):.0f} % of the speed held, needs {100 * _number(failure.limit):.0f} %"
-    return f"from target {failure.from_target}: {held}{why}"
+    kept = f"{100 * _number(failure.measure):.0f} % of the speed kept, needs {100 * _number(failure.limit):.0f} %"
+    return f"from target {failure.from_target}: {kept}{why}"
 
 
 def _hit(failure: Failure, contact: Contact) -> str:
@@ -201,7 +201,11 @@ def _rows(failure: Failure) -> str:
 def _rows_speed(failure: Failure) -> str:
     measure, limit = _number(failure.measure), failure.limit
     if failure.kind is Kind.DEPOSITION_SPEED:
-        return f"{100 * measure:.0f} % of the deposition speed held from target {failure.from_target}"
+        assert limit is not None
+        return (
+            f"from target {failure.from_target}: {100 * measure:.0f} % of the deposition speed reached;"
+            f" {'limit' if measure > limit else 'least'} {100 * limit:.0f} %"
+        )
     if failure.kind is Kind.STANDSTILL:
         return f"the arc burns for {measure:g} s at a standstill, {limit:g} s are allowed"
     return f"{failure.axis} needs {measure:.1f} {failure.unit}, has {limit:g}"
@@ -217,7 +221,7 @@ def _rows_place(failure: Failure) -> str:
         return f"bead {failure.cause.bead} {after}"
     return {
         Kind.GOES_BACK: f"goes back by {measure:g} mm along its bead",
-        Kind.SKIPS: f"skips {measure:g} mm of its bead: it moves less than it advances",
+        Kind.SKIPS: f"progress along the bead jumps {measure:g} mm",
         Kind.OFF_BEAD: f"TCP {measure:g} mm off the bead, {limit or 0:g} are allowed",
         Kind.OFF_WIRE: f"wire {measure:g} deg off its direction, {limit or 0:g} are allowed",
         Kind.ROLL_OUTSIDE: f"roll {measure:g} deg outside the rolls of the case",

@@ -4,7 +4,7 @@
     result.feasible, result.poses
 
 A group is a sub-volume or a run of its layers. Its pose is the case's, or searched: of the poses that suit it those
-that nothing speaks against are checked whole, best first, until one holds. The order of sub-volumes whose poses are
+that pass the screening are checked whole, best first, until one holds. The order of sub-volumes whose poses are
 searched is the one in which the table turns least; where what was built before locks the torch out, the group that it
 locks out comes first. Between two groups the arm stands clear while the table turns. Radians and metres.
 """
@@ -45,7 +45,7 @@ from .result import BuiltAt, Result, TargetVerdict
 
 CHECKS = 4  # poses of a group that are checked whole
 ORDERS = 4  # orders of layers that are tried
-ASIDE = np.deg2rad([0.0, 60.0, -60.0, 120.0, -120.0, 180.0])  # of A1 from rest: places to stand in without a home
+A1_TURNS = np.deg2rad([0.0, 60.0, -60.0, 120.0, -120.0, 180.0])  # of A1 from rest: places to stand in without a home
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,7 +350,7 @@ def _places(job: Job) -> Iterator[Floats]:
     scene = job.scene
     if scene.has_home:
         yield scene.home
-    for turn in ASIDE:
+    for turn in A1_TURNS:
         place = scene.home.copy()
         place[0] += turn
         if scene.chain.lower[0] <= place[0] <= scene.chain.upper[0] and not (scene.has_home and turn == 0):

@@ -151,7 +151,7 @@ class Result:
         return np.tile(self.table, (len(self.rows), 1)) if self.moved is None else self.moved
 
     def to_frame(self) -> dict[str, Any]:
-        """The targets as columns, for a table of any library: ``pandas.DataFrame(result.to_frame())``.
+        """The targets as a dict of columns, not a data frame: ``pandas.DataFrame(result.to_frame())``.
 
         Returns:
             By name, each (n,): numbers, positions (part frame, mm), deposition directions, reasons ("" where

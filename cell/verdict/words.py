@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..motion.deposition_speed import KEPT_SHARE
 from .failure_words import failure_in_words
 from .result import TargetVerdict
 
@@ -24,11 +25,11 @@ def unit_word(unit: str) -> str:
 
 
 def speed_in_words(d: dict[str, Any]) -> str:
-    """How far the deposition speed is held, of what ``cell.motion.deposition_speed.speed_document`` says."""
+    """How far the deposition speed is kept, of what ``cell.motion.deposition_speed.speed_document`` says."""
     if not d["slowed"]:
-        return "held all along"
+        return "kept all along"
     why = f" ({d['axis']}'s {d['by']})" if d["axis"] else ""
     return (
-        f"held to {100 * d['least_share']:.0f} % or more over every 5 mm, least from target "
-        f"{d['from_target']}{why}; {d['slowed_s']:.0f} s below 98 %"
+        f"kept to {100 * d['least_share']:.0f} % or more over every 5 mm, least from target "
+        f"{d['from_target']}{why}; {d['slowed_s']:.0f} s below {100 * KEPT_SHARE:.0f} %"
     )

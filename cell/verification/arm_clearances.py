@@ -102,7 +102,7 @@ def arm_along_motion(job: Job, sampled: SampledMotion, deposits_laid: Ints, runs
         What was seen.
     """
     pieces = _pieces(sampled, deposits_laid, runs)
-    found = pool().run(_looked_at, _light(job), pieces)
+    found = pool().run(_checked_piece, _light(job), pieces)
     # the last sample of a piece is the first of the next one
     parts = [seen.clear.rows(np.arange(len(seen.clear) - 1)) for seen in found[:-1]]
     steps = [piece.first + seen.unproven[0] for piece, seen in zip(pieces, found, strict=True)]
@@ -159,7 +159,7 @@ def _checker(job: Job, q: Floats) -> Checker:
     return Checker(with_table_axes(job.scene), table, reach)
 
 
-def _looked_at(job: Job, piece: _MotionPiece, tick: Tick) -> ArmSeen:
+def _checked_piece(job: Job, piece: _MotionPiece, tick: Tick) -> ArmSeen:
     q, deposits_laid, least = piece.q, piece.deposits_laid, job.case.checks.clearance_mm * METRES_PER_MM
     checker, radius = _checker(job, q), all_radii(job.scene)
     clear = checker.clearances(q, deposits_laid)

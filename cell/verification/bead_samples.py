@@ -38,7 +38,7 @@ class SampleSpacing:
 
 
 FINE = SampleSpacing(0.2e-3, np.deg2rad(0.2))
-AS_BAD = SampleSpacing(0.05e-3, np.deg2rad(0.05))  # distances and angles that count alike
+ALIKE = SampleSpacing(0.05e-3, np.deg2rad(0.05))  # distances and angles that count alike
 MOST_SAMPLES = 10_000_000
 COARSE = SampleSpacing(1e-3, np.deg2rad(1.0))
 
@@ -124,7 +124,7 @@ class OnBead:
         judged_distance: distance from the place that fits best, (m,), m; not less.
         wire_angle: angle between the wire and its direction at the place that fits best, (m,), rad.
         progress: length along the bead from its first target, (m,), m; on the chord that the sample names where that is
-            as near as any but for :data:`AS_BAD`: where a bead runs back another pass over the place is as near.
+            as near as any but for :data:`ALIKE`: where a bead runs back another pass over the place is as near.
         normal: deposition direction at the place that fits best, (m, 3), part frame.
         roll: about the wire, (m,), rad.
     """
@@ -176,7 +176,7 @@ def against_beads(job: Job, sampled: SampledMotion, target: Ints) -> OnBead:
         towards = great_circle(n[e], n[e + 1], s)
         turned = 2 * np.arcsin(np.clip(np.linalg.norm(z + towards, axis=1) / 2, 0.0, 1.0))
         # a chord may be nearer whose direction is another; where chords meet, it is the one that the row names
-        score = np.maximum(away / AS_BAD.position, turned / AS_BAD.angle)
+        score = np.maximum(away / ALIKE.position, turned / ALIKE.angle)
         better = mine & (score < best)
         nearer = mine & (away < nearest)
         nearest, nearest_angle = np.where(nearer, away, nearest), np.where(nearer, turned, nearest_angle)

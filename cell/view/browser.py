@@ -3,10 +3,9 @@
     with listen("127.0.0.1", 0) as place:
         replay_in_browser(check(prepare(case), 90, 180), place, speed=5)     # returns on Ctrl-C
 
-The viewer binds every interface and knows no password. It is handed a socket of ours instead, which is bound to this
-machine alone unless an interface is asked for by name, and asks ``cell.view.web_guard`` who may talk to it. From
-another machine ``ssh -L 8080:localhost:8080`` is the way:
-browsers run the viewer at localhost (or over https) only.
+The viewer binds every interface and has no password. It is handed a socket of ours instead, which is bound to this
+machine alone unless an interface is asked for by name. ``cell.view.web_guard`` decides on access. From another machine
+use ``ssh -L 8080:localhost:8080``: browsers run the viewer at localhost (or over https) only.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from ..verdict.result import Result
 from ..verdict.words import in_words
 from .camera import View, still
 from .colours import COLOURINGS, Colouring, target_colours
-from .shown_motion import Played
+from .shown_motion import ShownMotion
 from .stage_scene import Frame
 
 KEYS = {
@@ -206,7 +206,7 @@ class Player:
         return f"E1 {e1:.5g}  E2 {e2:.5g} deg"
 
     def texts(self) -> list[tuple[str, str]]:
-        """What is said now, as names and values."""
+        """The figures at this moment, as names and values."""
         result, frame, t = self.result, self.frame(), self.result.job.targets
         i = frame.target
         sub_volume = t.sub_volume_index[i]
@@ -238,7 +238,7 @@ class Player:
                 ("time", f"{self.time:.1f} of {self.end:.1f} s"),
                 ("arc", "on" if frame.laying else "off"),
             ]
-            if isinstance(result, Played) and result.program is not None:
+            if isinstance(result, ShownMotion) and result.program is not None:
                 lines.append(("line", str(result.line_at(self._sample(result.motion)[0]))))
         lines.append(("colours", target_colours(result, self.colour)[1]))
         return [*lines, ("speed", f"x {self.speed:g}{'' if self.playing else '  paused'}")]

@@ -28,7 +28,7 @@ from ..verification.motion_check import MotionResult
 
 
 @dataclass(frozen=True, eq=False)
-class Played(Result):
+class ShownMotion(Result):
     """A motion that is shown as it is.
 
     Attributes:
@@ -56,7 +56,7 @@ class Played(Result):
         return self.program.run.line(min(row + 1, len(self.program.run.move) - 1))
 
 
-def played_program(job: Job, program: ProgramResult, target: int | None = None) -> Played:
+def played_program(job: Job, program: ProgramResult, target: int | None = None) -> ShownMotion:
     """A checked program as a result to be shown.
 
     Args:
@@ -73,7 +73,7 @@ def played_program(job: Job, program: ProgramResult, target: int | None = None) 
     return replace(shown, rows=rows)
 
 
-def played(job: Job, found: MotionResult, target: int | None = None) -> Played:
+def played(job: Job, found: MotionResult, target: int | None = None) -> ShownMotion:
     """A checked motion as a result to be shown.
 
     Args:
@@ -94,7 +94,7 @@ def played(job: Job, found: MotionResult, target: int | None = None) -> Played:
     deg = np.rad2deg([E1, E2])
     asked = (round(float(deg[0]), 3), round(float(deg[1]), 3))
     rows = _rows(found, motion, first, found.findings)
-    return Played(job, asked, (E1, E2), placed, rows, None, None, None, gravity, motion, found)
+    return ShownMotion(job, asked, (E1, E2), placed, rows, None, None, None, gravity, motion, found)
 
 
 def _first_rows(motion: Motion, n: int) -> Ints:

@@ -33,7 +33,7 @@ FOVY = 34.0  # deg; a long lens keeps the arm's proportions
 UNLAID = 0.22  # opacity of what is still to be laid
 PIECES = 6000  # bead pieces drawn at most
 MARKS = 600  # target marks drawn at most
-TWIN = 5e-3  # m: a visual geom this close in size to the geom that collides stands for it
+SAME_SIZE = 5e-3  # m: a visual geom this close in size to the geom that collides stands for it
 FLOOR, MARGIN = 12.0, 4.0  # m: half the floor's side at least, and what it extends beyond the cell
 SHADED = 1.2  # m around the torch
 HAZE = (0.88, 0.905, 0.93, 1.0)  # the sky's colour where the floor ends
@@ -201,7 +201,7 @@ class StagedScene:
         mates = (m.geom_bodyid == m.geom_bodyid[geom]) & (VISIBLE[self._looks[1]] == 1)
         away = np.linalg.norm(m.geom_pos - m.geom_pos[geom], axis=1)
         size = np.abs(m.geom_aabb[:, 3:] - m.geom_aabb[geom, 3:]).max(axis=1)
-        seen = mates & (away + size < TWIN)
+        seen = mates & (away + size < SAME_SIZE)
         if not seen.any() and self.scene.arm_geom[geom]:
             seen = mates & (away < 0.7 * np.maximum(m.geom_rbound, m.geom_rbound[geom]))
         m.geom_rgba[seen if seen.any() else geom] = RED

@@ -1,4 +1,4 @@
-"""Who may talk to the web viewer: whoever was given its address, from its own page, and nobody else.
+"""Access to the web viewer: only for those who were given its address, and from its own page.
 
     guard = Guard(place.host, place.port)
     guard.address                              # http://127.0.0.1:8080/?token=...

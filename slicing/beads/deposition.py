@@ -122,7 +122,7 @@ def metal_lines(name: str, metal: Sequence[LayerMetal], parameters: BeadParamete
     least = NEXT_TO_NOTHING * max(m.wanted_mm3 for m in metal)
     full, bare = [m for m in off if m.wanted_mm3 >= least], [m for m in off if m.wanted_mm3 < least]
     worst = max(full or bare, key=lambda m: abs(math.log(max(m.share, 1e-9))))
-    most = f", layer {worst.layer} the most ({worst.share:.0%})" if full else ""
+    most = f", layer {worst.layer} the most ({100 * worst.share:.0f} %)" if full else ""
     if bare:
         # a share of next to nothing says little: how much metal it is says more
         heaviest = max(bare, key=lambda m: m.laid_mm3)
@@ -133,8 +133,8 @@ def metal_lines(name: str, metal: Sequence[LayerMetal], parameters: BeadParamete
     whole = sum(m.laid_mm3 for m in metal) / max(sum(m.wanted_mm3 for m in metal), 1e-300)
     why = " (pattern contour lays only the borders)" if parameters.pattern == "contour" else ""
     text = (
-        f"{name}: the beads lay {whole:.0%} of the metal that the layers need{why}; {len(off)} of {len(metal)} layers"
-        f" are off by more than {TOLD:.0%}{most}"
+        f"{name}: the beads lay {100 * whole:.0f} % of the metal that the layers need{why};"
+        f" {len(off)} of {len(metal)} layers are off by more than {100 * TOLD:.0f} %{most}"
     )
     return [Warning(Code.DEPOSIT_SHARE, text, sub_volume=name, layer=worst.layer)]
 

@@ -29,7 +29,7 @@ from .infill import Stroke, contour_rounds, fitted_pitch, narrow_places, wide_pa
 from .lead_in_out import with_leads
 from .order import in_laying_order
 from .overhang import ALLOWED, Overhang, overhang_lines, overhangs
-from .regions import Island, Joint, islands
+from .regions import Island, RegionOverlap, islands
 from .seams import with_seams
 from .thickness_policy import ThicknessPlace, policy_lines, with_policy
 from .zigzag import OVER, length_of, strokes_of_length, zigzag
@@ -115,8 +115,8 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool, all
         lines.append(
             f"{sliced.name}: {close:.1f} mm of beads lie closer together than the pitch of "
             f"{parameters.pitch_mm:g} mm, down"
-            f" to {least:.0%} of it, because the layers cannot be unrolled exactly: more metal is laid there than the"
-            " layers need"
+            f" to {100 * least:.0f} % of it, because the layers cannot be unrolled exactly: more metal is laid there"
+            " than the layers need"
         )
     if not locate:
         return LaidSubVolume(sliced, beads, tuple(places), tuple(lines))
@@ -144,10 +144,10 @@ def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 
         return [Bead(c.points, c.closed, "contour", layer.index, c.hole) for c in layer.curves]
 
     # the outermost beads of pieces that meet run first_mm within them, and are to be neighbours
-    joint = Joint(parameters.first_mm - 0.5 * parameters.pitch_mm, parameters.width_mm)
+    overlap = RegionOverlap(parameters.first_mm - 0.5 * parameters.pitch_mm, parameters.width_mm)
     beads = [
         bead_of(stroke, island, layer.index, tolerance_mm)
-        for island in islands(layer, None if parameters.pattern == "contour" else joint)
+        for island in islands(layer, None if parameters.pattern == "contour" else overlap)
         for stroke in _strokes(island, parameters, layer.index)
     ]
     return sorted(beads, key=lambda bead: (bead.kind == "infill") == parameters.contours_first)

@@ -123,7 +123,7 @@ def _overhang(sliced: SlicedSubVolume, layer: Layer, below: Layer | None, allowe
     height = sliced.parameters.h_layer_mm if sliced.stands_on_plate else 0.5 * sum(layer.thickness_mm)
     angle = math.degrees(math.atan2(far, max(height, 1e-9))) if far > 0.0 else 0.0
     found = Overhang(layer.index, far, angle, place_mm=place)
-    return found if far <= allowed_mm else _told(found, views, whole, allowed_mm)
+    return found if far <= allowed_mm else _with_warnings(found, views, whole, allowed_mm)
 
 
 def _farthest_of(views: Sequence[View]) -> tuple[float, Floats | None]:
@@ -138,7 +138,7 @@ def _farthest_of(views: Sequence[View]) -> tuple[float, Floats | None]:
     return best
 
 
-def _told(found: Overhang, views: Sequence[View], whole: View, allowed_mm: float) -> Overhang:
+def _with_warnings(found: Overhang, views: Sequence[View], whole: View, allowed_mm: float) -> Overhang:
     """With what stands out by more than is allowed, and what of it begins with nothing below."""
     import shapely
 

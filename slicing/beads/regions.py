@@ -9,7 +9,7 @@ taken.
 
 What runs far down from a pole (a cap over a shaft's end and its sides) is longer round the axis in the pole's map than
 on the body. Where that is too much, and a parallel divides it into an end and a ring that both fare better, it is
-divided there (`Joint`); the pieces reach so far over the cut that their outermost beads are neighbours.
+divided there (`RegionOverlap`); the pieces reach so far over the cut that their outermost beads are neighbours.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ DOUBTFUL_RAD = 0.5 * math.pi  # borders with steps so far round the axis pass by
 
 
 @dataclass(frozen=True)
-class Joint:
+class RegionOverlap:
     """How pieces of a divided region meet.
 
     Attributes:
@@ -81,12 +81,12 @@ class Island:
         return replace(self, region=region, periods=count)
 
 
-def islands(layer: Layer, joint: Joint | None = None) -> list[Island]:
+def islands(layer: Layer, overlap: RegionOverlap | None = None) -> list[Island]:
     """The connected regions of a layer, each in its chart.
 
     Args:
         layer: the layer.
-        joint: how pieces meet where a region over a pole is divided; None: it is not.
+        overlap: how pieces meet where a region over a pole is divided; None: it is not.
 
     Returns:
         One island an outer border, or a piece of its region; one for all rings together.
@@ -94,17 +94,17 @@ def islands(layer: Layer, joint: Joint | None = None) -> list[Island]:
     Raises:
         PartError: the region goes round an end that its surface does not have, or over both ends at once.
     """
-    return ISLANDS[type(layer.surface)](layer, layer.surface, joint)
+    return ISLANDS[type(layer.surface)](layer, layer.surface, overlap)
 
 
-def _flat_islands(layer: Layer, plane: Plane, joint: Joint | None) -> list[Island]:
+def _flat_islands(layer: Layer, plane: Plane, overlap: RegionOverlap | None) -> list[Island]:
     """The regions of a plane, in its own coordinates."""
     chart = FlatChart(plane)
     region = region_of([chart.flat(curve.points) for curve in layer.curves if curve.closed])
     return [Island(chart, part) for part in _polygons(region)]
 
 
-def _round_islands(layer: Layer, surface: Round, joint: Joint | None) -> list[Island]:
+def _round_islands(layer: Layer, surface: Round, overlap: RegionOverlap | None) -> list[Island]:
     """The regions of what goes round an axis: beside its ends, right round, and over each end."""
     import shapely
 
@@ -129,8 +129,8 @@ def _round_islands(layer: Layer, surface: Round, joint: Joint | None) -> list[Is
     for curve in closed:
         if curve.hole and not curve.winding:
             found = [_with_hole(island, curve) for island in found]
-    if joint is not None:
-        found = [piece for island in found for piece in _divided(island, joint)]
+    if overlap is not None:
+        found = [piece for island in found for piece in _divided(island, overlap)]
     return [island for island in found if island.area_mm2 > LEAST_AREA_MM2]
 
 
@@ -168,7 +168,7 @@ def _twice_area(loop: Floats) -> float:
     return float((loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum())
 
 
-def _divided(island: Island, joint: Joint) -> list[Island]:
+def _divided(island: Island, overlap: RegionOverlap) -> list[Island]:
     """The pieces of a region over a pole whose parallels would come out too long, or the region as it is."""
     import shapely
 
@@ -176,14 +176,14 @@ def _divided(island: Island, joint: Joint) -> list[Island]:
     if not isinstance(chart, PoleChart) or chart.stretch[1] <= MOST_STRETCH:  # only maps of a pole are divided
         return [island]
     far = float(np.hypot(*shapely.get_coordinates(island.region).T).max())
-    cut = _best_cut(chart, far, 2.0 * joint.width_mm)
+    cut = _best_cut(chart, far, 2.0 * overlap.width_mm)
     if cut is None:
         return [island]
-    inner = island.region.intersection(chart.within(cut + joint.over_mm))
-    rest = _polygons(island.region.difference(chart.within(max(cut - joint.over_mm, 1e-3))))
-    if not rest or any(piece.buffer(-0.5 * joint.width_mm).is_empty for piece in rest):
+    inner = island.region.intersection(chart.within(cut + overlap.over_mm))
+    rest = _polygons(island.region.difference(chart.within(max(cut - overlap.over_mm, 1e-3))))
+    if not rest or any(piece.buffer(-0.5 * overlap.width_mm).is_empty for piece in rest):
         return [island]
-    own = replace(chart, stretch=(chart.stretch[0], float(chart.longer(_up_to(chart, cut + joint.over_mm)).max())))
+    own = replace(chart, stretch=(chart.stretch[0], float(chart.longer(_up_to(chart, cut + overlap.over_mm)).max())))
     return [Island(own, piece) for piece in _polygons(inner)] + [_recharted(chart, piece) for piece in rest]
 
 

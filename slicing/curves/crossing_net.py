@@ -3,7 +3,7 @@
     rows, levels, shift = row_level_pairs(net.edge_low, net.edge_high, 0, 10)
     # (edge, level) of all crossings of ten levels
 
-Levels are numbered upwards; what a vertex lies outside of is said by one number, its rank (see
+Levels are numbered upwards; what a vertex lies outside of is given by one number, its rank (see
 `slicing.curves.parallel_levels`).
 """
 

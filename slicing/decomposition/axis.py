@@ -28,7 +28,7 @@ from .turned_faces import FEW_SIDES_RAD, PartFaces, find_bands, ridge_weights
 __all__ = ["LEVEL", "Axis", "find_axis", "measured", "rotation_to_z"]
 
 REFINED = 8  # candidates worth a least-squares fit
-WORTH = 0.15  # of the best candidate's score
+LEAST_SCORE = 0.15  # of the best candidate's score
 MOST_ROUNDS = 16
 ROUGH = 1e-3  # of the part's extent: a quarter of what corners may stray by about an axis that is not fitted yet
 ROUGH_FACET_RAD = np.deg2rad(5.0)  # more in half a facet than of an axis that is fitted
@@ -57,7 +57,7 @@ class Axis:
         area_mm2: of those that are long and go round.
         spread_mm: how far their corners stray from them (half the width of the strip that holds most).
         rival: another axis with a large area about it, None where there is none.
-        lines: what is to be said of it.
+        lines: warnings about it.
         half_facet_rad: half the angle of the coarsest polygon that passes for round about it.
     """
 
@@ -155,7 +155,7 @@ def _axes(
     tried: list[Axis] = []
     for trial in trials:
         start = Axis(trial.point, trial.direction)
-        if len(tried) == REFINED or trial.score < WORTH * trials[0].score:
+        if len(tried) == REFINED or trial.score < LEAST_SCORE * trials[0].score:
             break
         if any(_same(start, axis, reach) for axis in found):
             continue

@@ -65,8 +65,8 @@ class Evidence:
         """In words."""
         cone = f", half angle {self.half_angle_deg:.3g}°" if self.half_angle_deg else ""
         return (
-            f"{self.kind} of radius {self.radius_mm:.6g} mm{cone}; {100 * self.share:.1f} % of the part's surface lies"
-            f" on it within {self.within_mm:.2g} mm, in {100 * self.directions:.0f} % of the directions;"
+            f"{self.kind} of radius {self.radius_mm:.6g} mm{cone}; {100 * self.share:.1f} % of the part's surface is on"
+            f" it (within {max(self.within_mm, 0.001):.2g} mm, {100 * self.directions:.0f} % of the way round);"
             f" {100 * self.axis_share:.1f} % is turned about its axis"
         )
 

@@ -329,7 +329,7 @@ def _levelled(sections: list[Band], hill: OutlineBump) -> list[Band]:
 
 
 def _without_larger(sections: list[Band], radius_mm: float) -> list[Band]:
-    """Leave out what is wider than the body is said to be."""
+    """Leave out what is wider than the given body."""
     while True:
         larger = [k for k, s in enumerate(sections) if max(s.radius_low, s.radius_high) > radius_mm]
         if not larger or len(sections) == 1:

@@ -22,7 +22,7 @@ from ..mesh.solid import Floats, Ints
 from .outline import Outline
 
 DIRECTIONS = 24  # about the axis in which a piece must be there
-ASIDE = math.sin(math.radians(20.0))  # of a unit normal that may point round the axis at a face's corners
+MOST_ASIDE = math.sin(math.radians(20.0))  # of a unit normal that may point round the axis at a face's corners
 TURNED_SHARE = 0.9  # of the skin that must be turned
 FOOT = 0.1  # of its height: as near the body as this is its foot
 LEAST_HIGH = 0.02  # of the greatest height: lower bits of a section do not count
@@ -62,7 +62,7 @@ def _turned_share(vertices: Floats, skin: Ints) -> float:
     area = np.sqrt((normal**2).sum(axis=1))
     away = np.maximum(np.hypot(corners[..., 0], corners[..., 1]), 1e-300)
     aside = np.abs(corners[..., 0] * normal[:, None, 1] - corners[..., 1] * normal[:, None, 0]) / away
-    turned = (aside <= ASIDE * area[:, None]).all(axis=1)
+    turned = (aside <= MOST_ASIDE * area[:, None]).all(axis=1)
     return float(area[turned].sum() / max(area.sum(), 1e-300))
 
 

@@ -1,4 +1,4 @@
-"""Making a closed surface of faces that are nearly one: what can be put right safely is, and every repair is said.
+"""Makes a closed surface of faces that are nearly one, with safe repairs only, and reports every repair.
 
     points, faces, lines = closed_surface("blade", points, faces)
 

@@ -30,7 +30,7 @@ def unfolded(mesh: Mesh) -> Mesh:
 
     Returns:
         The same mesh where there are none, or where their plane's border is no polygon; else one with other faces
-        there, which is said.
+        there, which is reported.
     """
     length = np.sqrt((mesh.normals**2).sum(axis=1))
     thin = _thickness(mesh, length) <= 8.0 * mesh.noise_mm  # slivers have no plane of their own

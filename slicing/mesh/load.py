@@ -3,7 +3,7 @@
     mesh = load_mesh("blade.stl", units="mm")
     mesh.volume, mesh.bounds, mesh.warnings
 
-What is wrong with a file is said in one line (`PartError`). Each shell of what it holds is examined by itself.
+What is wrong with a file is reported in one line (`PartError`). Each shell of what it holds is examined by itself.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def solid_from_arrays(
         The mesh of one solid.
 
     Raises:
-        PartError: a mesh that is not closed or not a solid, faces that cross, or shells of which it cannot be told
+        PartError: a mesh that is not closed or not a solid, faces that cross, or shells of which it is not clear
             what is solid.
     """
     return one_solid(mesh_from_arrays(name, vertices, faces, noise_mm, units, outward=False))

@@ -1,4 +1,4 @@
-"""One solid of the shells of a mesh: which is inside out, which is a cavity, which overlap, and what cannot be told.
+"""One solid of the shells of a mesh: which is inside out, which is a cavity, which overlap, and what cannot be decided.
 
     mesh = one_solid(mesh)
 
@@ -7,10 +7,10 @@ than not at all. From this follows, from the outermost shell inward:
 
 - a shell that lies in no material must face outward; one that does not is turned, with all that lies within it;
 - a shell within material is a *cavity* if it faces inward. If it faces outward it adds nothing and is dropped, which
-  is said: it may have been meant as a cavity;
+  is reported: it may have been meant as a cavity;
 - within a shell that had to be turned, a shell that then faces outward may be either: refused;
 - shells that overlap are united (manifold3d), if the result agrees with the winding numbers of the shells it came from;
-- faces of one shell that cross, or a cavity that breaks out of its shell, leave no solid that could be told: refused,
+- faces of one shell that cross, or a cavity that breaks out of its shell, leave no definite solid: refused,
   with a place. Crossings no deeper than SHALLOW_MM move no curve by more than its tolerance: said
   and left.
 
@@ -50,7 +50,7 @@ def one_solid(mesh: Mesh) -> Mesh:
         The same mesh where nothing was wrong, else the repaired one, what was done added to its warnings.
 
     Raises:
-        PartError: crossing faces, no volume, or shells of which it cannot be told what is solid; one line.
+        PartError: crossing faces, no volume, or shells of which it is not clear what is solid; one line.
     """
     mesh = unfolded(mesh)
     reach = max(4.0 * mesh.noise_mm, 1e-9 * float(np.ptp(mesh.bounds, axis=0).max()))
@@ -170,7 +170,7 @@ class _Shells:
         """How each shell must face (1 outward, -1 inward), and which count; lines for what was done.
 
         Raises:
-            PartError: it cannot be told.
+            PartError: it is not clear.
         """
         name, kept = self.mesh.name, self.solid
         if not kept.all():
@@ -195,7 +195,7 @@ class _Shells:
             if outside == 0 and sign[shell] < 0:
                 sign[shell], turned[shell] = 1, True
             elif turned[around].any() and outside > 0 and sign[shell] > 0:
-                raise self._untold("two shells, one within the other, both face inward", shell)
+                raise self._undecided("two shells, one within the other, both face inward", shell)
             inner[shell] = outside > 0 and outside + sign[shell] > 0 and not sticks_out[shell]
             self._refuse_torn(shell, around, sign, turned, crossing)
         if turned.any():
@@ -208,7 +208,7 @@ class _Shells:
             lines.append(_inner_line(name, int(inner.sum()), float(np.abs(self.volume[inner]).sum())))
         return sign, kept & ~inner
 
-    def _untold(self, what: str, shell: int) -> PartError:
+    def _undecided(self, what: str, shell: int) -> PartError:
         at = _place(self.triangles(shell)[0].mean(axis=0))
         return PartError(f"{self.mesh.name}: {what} (one of them at {at}); whether one is a cavity is not clear")
 
@@ -218,7 +218,7 @@ class _Shells:
         others = np.unique(label[(label == shell).any(axis=1)])
         for other in others[np.abs(self.volume[others]) > abs(self.volume[shell])].tolist():
             if (sign[shell] < 0 and other in around) or turned[shell] != turned[other]:
-                raise self._untold("two shells cross and one of them faces inward", shell)
+                raise self._undecided("two shells cross and one of them faces inward", shell)
 
 
 def _inner_line(name: str, count: int, volume: float) -> str:

@@ -1,7 +1,7 @@
 """The solid to slice: a closed triangle mesh in the part frame, millimetres, checked once when it is made.
 
-Whatever is wrong with the input is said here, in one line (`PartError`), so that the geometry after it may rely on a
-closed, outward-oriented mesh of finite numbers:
+Whatever is wrong with the input is reported here, in one line (`PartError`), so that the geometry after it may rely on
+a closed, outward-oriented mesh of finite numbers:
 
     cube = mesh_from_arrays("cube", vertices, faces)
     cube.volume, cube.bounds, cube.warnings

@@ -41,7 +41,7 @@ class Indices:
     R_rad: float
 
     def to_dict(self) -> dict[str, float]:
-        """As the contract rbam-slices/1 writes it."""
+        """As schema rbam-slices/1 writes it."""
         return {"NL": self.NL, "A_mm2": self.A_mm2, "NV": self.NV, "R_rad": self.R_rad}
 
 

@@ -37,7 +37,7 @@ from .nonuniform import nonuniform_layers
 from .planar import planar_layers
 
 THIN_SPACING_MM = 0.25  # at which beads are examined for thin places
-SQUARELY = 0.9  # cosine: caps of a root lie so near the body's surface; walls that lean out over it do not
+LEAST_CAP_COSINE = 0.9  # cosine: caps of a root lie so near the body's surface; walls that lean out over it do not
 GREATEST_GAP_MM = 0.1  # a root this far off the body still stands on it, or as far as the surface that is there
 
 
@@ -184,7 +184,7 @@ def _root_lift(mesh: Mesh, body: Body, heights: Floats) -> float:
     corners = mesh.corners[:, rows]
     radial = body.surface.normals(mesh.vertices[corners].mean(axis=0))
     normals = mesh.normals[rows]
-    cap = (normals * radial).sum(axis=1) < -SQUARELY * np.sqrt((normals**2).sum(axis=1))
+    cap = (normals * radial).sum(axis=1) < -LEAST_CAP_COSINE * np.sqrt((normals**2).sum(axis=1))
     return NUDGE_MM + float(heights[corners[:, cap]].max(initial=0.0))
 
 

@@ -125,7 +125,7 @@ class Cone(AboutAxis):
         return self.radius + self.slope * z, z
 
     def to_dict(self) -> dict[str, Any]:
-        """As the contract rbam-slices/1 writes it; `radius` is that at z = 0."""
+        """As schema rbam-slices/1 writes it; `radius` is that at z = 0."""
         return {
             "kind": "cone",
             "axis_point": [float(v) for v in self.axis_point],

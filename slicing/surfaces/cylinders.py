@@ -161,7 +161,7 @@ class Cylinder(AboutAxis):
         return 2 * math.pi * self.radius
 
     def to_dict(self) -> dict[str, Any]:
-        """As the contract rbam-slices/1 writes it."""
+        """As schema rbam-slices/1 writes it."""
         return {
             "kind": "cylinder",
             "axis_point": [float(v) for v in self.axis_point],

@@ -117,7 +117,7 @@ class Plane(Offsets):
         return 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """As the contract rbam-slices/1 writes it."""
+        """As schema rbam-slices/1 writes it."""
         return {
             "kind": "plane",
             "point": [float(v) for v in self.point],

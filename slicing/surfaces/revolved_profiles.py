@@ -103,7 +103,7 @@ class Revolved(AboutAxis):
         return r, z
 
     def to_dict(self) -> dict[str, Any]:
-        """As the contract rbam-slices/1 writes it: profile points are [r, z]."""
+        """As schema rbam-slices/1 writes it: profile points are [r, z]."""
         return {
             "kind": "revolved",
             "axis_point": [float(v) for v in self.axis_point],

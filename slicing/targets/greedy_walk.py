@@ -20,7 +20,7 @@ from .chord_error import error
 
 SLACK, ROUNDING = 1e-9, 1e-14  # of the squared tolerance, of the squared size: nearer than this `error` decides
 SAME_DISTANCE = 1e-9  # relative: distances that rounding may change
-LOOKS = 4  # points of a long segment that are examined before all of them are
+POINTS_FIRST = 4  # points of a long segment that are examined before all of them are
 MANY_POINTS = 200_000
 
 
@@ -106,12 +106,12 @@ def _within(stretches: PolylineStretches, rows: Ints, i: Ints, j: Ints) -> Bools
     out = np.ones(len(rows), dtype=bool)
     tolerance2 = stretches.tolerance_mm[rows] ** 2
     slack2 = SLACK * tolerance2 + ROUNDING * stretches.size2[rows]
-    many = np.flatnonzero(j - i > 2 * LOOKS)
+    many = np.flatnonzero(j - i > 2 * POINTS_FIRST)
     if len(many):  # most that do not fit are found out by a few points
-        step = (j[many] - i[many])[:, None] * np.arange(1, LOOKS + 1) // (LOOKS + 1)
-        of = np.repeat(np.arange(len(many)), LOOKS)
+        step = (j[many] - i[many])[:, None] * np.arange(1, POINTS_FIRST + 1) // (POINTS_FIRST + 1)
+        of = np.repeat(np.arange(len(many)), POINTS_FIRST)
         few = _off2(stretches.columns, i[many], j[many], of, (i[many, None] + step).ravel())
-        out[many] = few.reshape(-1, LOOKS).max(axis=1) <= tolerance2[many] + slack2[many]
+        out[many] = few.reshape(-1, POINTS_FIRST).max(axis=1) <= tolerance2[many] + slack2[many]
     left = np.flatnonzero(out & (j - i > 1))
     ends = np.cumsum((j - i - 1)[left])
     for low, high in _chunks(ends, stretches.at_once):

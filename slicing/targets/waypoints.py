@@ -4,7 +4,7 @@
 
 From the end of a bead out along its normal by the retract, straight across to the point as far above the next start,
 and in. Where the two lie far round the axis from one another, the way goes out to beyond all there is and round the
-axis instead of through the body. These are waypoints for whoever writes a program from the targets; `rbam check` plans
+axis instead of through the body. These are waypoints for programs written from the targets; `rbam check` plans
 and proves its own travels.
 """
 

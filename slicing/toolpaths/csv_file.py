@@ -30,7 +30,7 @@ from ..parameters import BeadParameters
 from ..targets.speeds import BeadSpeed
 from ..targets.targets import Targets
 from ..warning import Code, Warning
-from .own_metal import own_metal_told
+from .own_metal import own_metal_warnings
 from .toolpath import Toolpath, require_order
 
 MOST_BYTES = 2**28
@@ -156,7 +156,7 @@ def read_toolpath(
         f"toolpath {file.name}: overhang, metal and layer areas are not checked: "
         "they are known only for layers that rbam-cell slices itself"
     )
-    reported = (Warning(Code.TOOLPATH_NOT_SLICED, text), *_passed_over(table), *own_metal_told(targets, width_mm))
+    reported = (Warning(Code.TOOLPATH_NOT_SLICED, text), *_passed_over(table), *own_metal_warnings(targets, width_mm))
     return Toolpath(targets, BeadParameters(width_mm=width_mm), (), metal == "below", reported, str(file))
 
 

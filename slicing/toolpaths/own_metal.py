@@ -3,7 +3,7 @@
     over = first_over_itself(targets, width_mm=5.0)       # {bead: target}
 
 The metal of a bead is there once its layer is done. What a bead of several turns has laid of itself is not: it is no
-obstacle to its own later turns, which is to be said.
+obstacle to its own later turns, which a warning says.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def _over_itself(p: Floats, n: Floats, thickness: Floats, width: float) -> int |
     return int(of[0]) if steps[of - 1].sum() > ENDS * width else None
 
 
-def own_metal_told(targets: Targets, width_mm: float) -> tuple[Warning, ...]:
+def own_metal_warnings(targets: Targets, width_mm: float) -> tuple[Warning, ...]:
     """A warning where beads lie over themselves.
 
     Args:

@@ -4,7 +4,7 @@
     path = read_toolpath("theirs.csv", width_mm=5.0)       # of another slicer's
     shape = toolpath_shape(path, body_mesh=None, profile=((20.0, 0.0), (20.0, 60.0)))
 
-It is the one thing that a cell takes from slicing: a job is made of it whoever made the path. Part frame, mm.
+It is all that a cell takes from slicing: a job is made of it, whatever made the path. Part frame, mm.
 """
 
 from __future__ import annotations

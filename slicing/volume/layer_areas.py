@@ -17,7 +17,7 @@ Three questions, answered from the mesh's surface alone, none of the layers' cur
 The last two differ from the first by what slicing rounds. The stack ends where a whole layer ends, above the top or
 below it: that part is distinguished (`end_mm`). A bead has the section at its curves over all of its height; a sum with
 the mean of its section and the next one's (the trapezoidal rule) has not. Where neither comes within MOST_OFF of the
-volume a line says so, and why where that can be told.
+volume a line says so, and why, where that is known.
 
 How the fluxes are summed: `slicing.volume.solid_flux`. A layer is reported only if its area fits no surface within
 REACH_MM of its
@@ -157,7 +157,7 @@ def _area_line(name: str, layer: Layer, by_solid: float) -> Warning:
 
 
 def _with_volume_line(held: HeldVolume, sliced: SlicedSubVolume) -> HeldVolume:
-    """The same with a line about the volumes, and why where that can be told."""
+    """The same with a line about the volumes, and why, where that is known."""
     share = 100.0 * (held.laid_mm3 / held.volume_mm3 - 1.0)
     why = []
     where = "above the top" if held.end_mm >= 0 else "below the top"

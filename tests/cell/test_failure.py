@@ -44,7 +44,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
     (
         Failure(Kind.UNREACHABLE, effort=SearchEffort(seeds=20, rolls=3)),
         "unreachable",
-        {"search": "not found from 20 seeds at 3 roll(s)"},
+        {"search": "not found from 20 seeds at 3 rolls"},
     ),
     (
         Failure(Kind.SINGULAR, 1.5, 30.0, singularity="shoulder", sigma=0.01),

@@ -1,4 +1,4 @@
-"""Between two samples of a motion: a clearance is kept on the way, by what there is at its ends against travel.
+"""Between two samples of a motion: the clearance at both ends is compared with how far the arm travels between them.
 
     radius = radii(scene)                                               # (n,) m
     open_at = unproven_steps(checker, radius, q, deposits_laid, found, least=0.005)   # steps on which it is not proved
@@ -66,7 +66,7 @@ def unproven_steps(
     laid = np.maximum(deposits_laid[step], deposits_laid[step + 1])
     steps = OpenSteps(np.arange(len(step)), q[step], q[step + 1], known[step], known[step + 1], laid)
     left, hit, seen = halved(checker, radius, steps, motion[step], least)
-    # what is left after the last halving is told by what is nearest where it begins
+    # what is left after the last halving is described by what is nearest at its beginning
     every, nearest = np.concatenate([hit, left]), Clearances.joined([seen, found.rows(step[left])])
     order = np.argsort(every, kind="stable")
     return step[every[order]], nearest.rows(order)

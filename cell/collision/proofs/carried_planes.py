@@ -1,11 +1,12 @@
-"""Planes that move with a shape of the arm, beside which stands what stands still.
+"""Separating planes that are fixed to a link of the arm and move with it.
 
     held = CarriedPlanes(links).over(poses, bends, pairs, clusters)       # of each pair at each sample of its cluster
 
-A plane that stands still where a torch is over a curved part holds for a few millimetres of its way; one that is
-carried along turns with it, as the part's surface does. How far what stands still reaches over it is a product of its
-corners with the normal, as it is in each configuration. Seen from the link, what stands still moves on a curve: off the
-straight line between its places at the ends of a step by what is measured half-way, and the third derivative. Metres.
+Over a curved part, a plane that is fixed in the world separates the torch from the part for a few millimetres of its
+path only. A plane fixed to the torch turns with it, as the part's surface does. How far a shape that stands still
+reaches over the plane is the scalar product of its corners with the normal in each configuration. Seen from the link,
+this shape moves on a curve. Its distance from the straight line between its places at the ends of a step is bounded by
+the one measured half-way and by the third derivative. Metres.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     pairs = covered_pairs(links, poses, clusters, near, need)      # near: pairs that were seen at the clusters' samples
 
-A direction tells two shapes apart by the gap between their supports, whoever named it. Tried are those in which pieces
-of what is laid were seen to be apart, and the way from the cover's middle to that of the shape. Metres.
+A direction separates two shapes by the gap between their supports, wherever it comes from. Tried are those in which
+pieces of what is laid were seen to be apart, and the way from the cover's middle to that of the shape. Metres.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def covered_pairs(
         poses: at the samples.
         clusters: of steps.
         near: pairs that were seen at the samples of the clusters that were checked.
-        need: how far apart they have to be told, (c,), m.
+        need: how far apart they have to be proved, (c,), m.
 
     Returns:
         Pairs with how far they are apart at least; every other is further apart than needed.

@@ -30,7 +30,7 @@ ROUNDS = 4  # times that points beyond the hull of these are taken as well
 ENOUGH, MOST_GROWN = 1e-3, 0.01  # share by which a cover may be larger; and more than which it is of no use
 SAME, ROUNDING = 1e-9, 1e-6  # share by which points may be beyond a hull that holds them; and a cover thicker for that
 LEAST_DEEP = 1e-9  # m from a hull's middle to its faces
-TOGETHER = 2000  # points that are weighed at once
+TOGETHER = 500  # points that are weighed at once: their products with all faces stay in the cache
 Z = np.array([0.0, 0.0, 1.0])
 
 

@@ -1,6 +1,6 @@
 """Whether a clearance is kept all along a motion, by looking at no more of it than that takes.
 
-    found = clearance_along(checker, radius, MotionSamples(q, deposits_laid, apart, part), least)
+    found = clearance_along(checker, radius, MotionSamples(q, deposits_laid, motion, stretch), least)
     found.open, found.nearest                # steps on which it is not kept, or not proved to be
     found.seen, found.low, found.kept        # what was seen, and what is kept at least at samples and on steps
 
@@ -22,9 +22,9 @@ from .between_samples import halved, steps_between
 from .open_steps import OpenSteps
 from .plane_proofs import proofs_of
 
-SPARE = 3e-3  # m: so much more is aimed at, for what is put in between or rounded afterwards
-NEARLY = 0.975  # of the least that is seen is aimed at as well: the least clearance need not be looked for again
-BEND = 4e-4  # m that may be given for what is between samples
+AIMED_ABOVE = 3e-3  # m: so much more is aimed at, for what is put in between or rounded afterwards
+AIMED_SHARE = 0.975  # of the least that is seen is aimed at as well: the least clearance need not be looked for again
+GIVEN_BETWEEN = 4e-4  # m that may be given for what is between samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,15 +34,15 @@ class MotionSamples:
     Attributes:
         q: configurations, (m, n), rad.
         deposits_laid: deposits laid at each, (m,).
-        apart: motion that each belongs to, (m,); each has two samples at least.
-        part: part of it that the step to each belongs to, (m,). Of a part that does not keep a clearance for certain
-            not every step is named; of every such part one is.
+        motion: the motion that each belongs to, (m,); each has two samples at least.
+        stretch: the stretch of it that the step to each belongs to, (m,). Of a stretch that does not keep a clearance
+            for certain not every step is named, but one is.
     """
 
     q: Floats
     deposits_laid: Ints
-    apart: Ints
-    part: Ints
+    motion: Ints
+    stretch: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +77,12 @@ def clearance_along(checker: SeesClearances, radius: Floats, samples: MotionSamp
         What is known.
     """
     q, deposits_laid = samples.q, samples.deposits_laid
-    step, kept = steps_between(q, samples.apart), np.full(len(q), -np.inf)
+    step, kept = steps_between(q, samples.motion), np.full(len(q), -np.inf)
     laid = np.maximum(deposits_laid[step], deposits_laid[step + 1])
     seen = Clearances.none(len(q))
     proofs = proofs_of(checker)
     if proofs is not None:
-        proved = proofs.along(q, step, laid, least + SPARE, BEND, NEARLY)
+        proved = proofs.along(q, step, laid, least + AIMED_ABOVE, GIVEN_BETWEEN, AIMED_SHARE)
         kept[step], seen = proved.kept, proved.seen
     low = np.maximum(kept, np.append(-np.inf, kept[:-1]))
     k = np.flatnonzero(kept[step] < least)
@@ -93,7 +93,7 @@ def clearance_along(checker: SeesClearances, radius: Floats, samples: MotionSamp
     found = checker.clearances(q[rows], deposits_laid[rows])
     seen.put(rows, found)
     low[rows] = np.minimum(found.distance, checker.reach)
-    part = samples.part[left + 1]
+    part = samples.stretch[left + 1]
     steps = OpenSteps(np.arange(len(left)), q[left], q[left + 1], low[left], low[left + 1], laid[k])
     open_, hit, nearest = halved(checker, radius, steps, part, least)
     bad = np.concatenate([hit, open_])

@@ -11,8 +11,8 @@ nearer than ``far`` there has come nearer by its travel at most.
 
 Between two samples a point of the arm is off the straight line between its places there by an eighth of its greatest
 second derivative at most (``motion_bounds``): what holds at both ends holds between them, less that.
-A plane proves what it proves whoever named it: of the collision engine only that is taken on trust that nothing is
-nearer than ``far`` of what it does not report, as everywhere. Metres, radians.
+A proof holds wherever its plane comes from. Of the collision engine only one thing is trusted, as everywhere: what it
+does not report is no nearer than ``far``. Metres, radians.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from ..context import Context
 from .edge_tracking import Track, track_edges
 
 STEP_PER_METRE = np.deg2rad(1500.0)  # rad/m: along a bead a joint that turns faster costs more, as it may be a flip
-UNKNOWN_SPEED = 1e3  # rad/s: weighs nothing
+UNLIMITED_SPEED = 1e3  # rad/s: weighs nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class SearchedBead:
             slowest=slowest,
             # neighbours far apart may stand far apart
             largest=np.clip(length * STEP_PER_METRE, LARGEST_STEP, np.pi),
-            speed=np.where(np.isfinite(speed), speed, UNKNOWN_SPEED),
+            speed=np.where(np.isfinite(speed), speed, UNLIMITED_SPEED),
         )
 
     @classmethod

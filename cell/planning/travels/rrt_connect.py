@@ -4,7 +4,7 @@
     found = connect(space, TreeRoots(starts, goals, hints), free, attempts=1000, seed=0)
     found.path                     # (k, n) corners from one of the starts to one of the goals, or None
 
-``free(a, b)`` gives for many edges at once how far each is free; nothing here knows of arms or cells. The same
+``free(a, b)`` gives for many edges at once how far each is free; nothing here depends on arms or cells. The same
 questions give the same answers: the random numbers are seeded, and no clock is read. Radians.
 
 Source: Kuffner, LaValle, RRT-Connect: an efficient approach to single-query path planning, ICRA 2000; shortcuts after
@@ -31,7 +31,7 @@ REACHED = 1.0 - 1e-9
 STRIDE = 0.4  # m, weighed: further apart than this nodes are not, so that near ones can be found
 LEAST = 0.02  # m, weighed: shorter ways are not worth a node
 CORNER = 0.4  # of the shorter side at a corner, cut off on both sides of it at most
-BEND = 6  # pieces of a rounded corner
+CORNER_PIECES = 6  # pieces of a rounded corner
 
 Free = Callable[[Floats, Floats], Floats]
 
@@ -260,7 +260,7 @@ def with_round_corners(path: Floats, free: Free) -> Floats:
         out.append(corner[None])
         for cut in (CORNER, CORNER / 4):
             p, r = corner + cut * (before - corner), corner + cut * (after - corner)
-            t = np.linspace(0, 1, BEND + 1)[:, None]
+            t = np.linspace(0, 1, CORNER_PIECES + 1)[:, None]
             bend = (1 - t) ** 2 * p + 2 * t * (1 - t) * corner + t**2 * r
             if (free(bend[:-1], bend[1:]) >= REACHED).all():
                 out[-1] = bend

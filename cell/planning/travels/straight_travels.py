@@ -19,7 +19,7 @@ from ...arrays import Ints
 from ...collision.checker import Checker
 from ...collision.clearances import Clearances
 from ...collision.proofs.between_samples import steps_between, unproven_steps
-from ...collision.proofs.motion_clearance import BEND, NEARLY
+from ...collision.proofs.motion_clearance import AIMED_SHARE, GIVEN_BETWEEN
 from ...collision.proofs.plane_proofs import proofs_of
 from ..context import Context
 from ..edges.blended_check import free_travels
@@ -122,7 +122,7 @@ def _kept(
     proofs = proofs_of(checker)
     if proofs is not None:
         step = steps_between(q, of)
-        proved, kept = proofs.along(q, step, laid[step], room, BEND, NEARLY), np.full(len(q), -np.inf)
+        proved, kept = proofs.along(q, step, laid[step], room, GIVEN_BETWEEN, AIMED_SHARE), np.full(len(q), -np.inf)
         kept[step] = proved.kept
         low = np.maximum(kept, np.append(-np.inf, kept[:-1]))
         ends = _near_ends(of)
@@ -133,7 +133,7 @@ def _kept(
             mine = np.flatnonzero(of == i)
             out[i] = TravelPath(q[mine], proved.seen.rows(mine), low[mine], kept[mine])
     again = np.flatnonzero(left).tolist()
-    for i, path in zip(again, _looked_at(checker, context, [paths[i] for i in again], room, least), strict=True):
+    for i, path in zip(again, _checked_travels(checker, context, [paths[i] for i in again], room, least), strict=True):
         out[i] = path
     return out
 
@@ -145,7 +145,7 @@ def _near_ends(of: Ints) -> Ints:
     return np.flatnonzero((place < ENDS) | (left < ENDS))
 
 
-def _looked_at(
+def _checked_travels(
     checker: Checker, context: Context, paths: Sequence[tuple[Floats, int]], room: float, least: float
 ) -> list[TravelPath | None]:
     """The same, all of whose samples are checked."""

@@ -34,13 +34,13 @@ from .rrt_connect import Space, TreeRoots, connect, sampled, with_round_corners,
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
 SHORTER = (1.0, 0.6, 0.3)  # of the way out that is free, where the whole is not
 STRAIGHT = 1e-5  # m that the TCP is off the normal at most while it is drawn back along it
-WORTH = 1e-3  # m of clearance for which a travel goes further out
+MORE_CLEARANCE = 1e-3  # m of clearance gained, from which on a travel goes further out
 SEARCH_STEPS = np.deg2rad(
     [3.0, 1.0]
 )  # between samples of a search; the finer where the way of the coarser did not hold
 SHORTCUTS = 60
 SEED = 20240
-UNKNOWN_SPEED = 1.0  # rad/s, of joints whose speed has no limit
+UNLIMITED_JOINT_SPEED = 1.0  # rad/s, of joints whose speed has no limit
 
 
 class TravelPath(NamedTuple):
@@ -149,7 +149,7 @@ class _TravelSearch:
             path = self._straight(leave.q, arrive.q)
             if path is None:
                 continue
-            if clearest is None or _room(path) > _room(clearest) + WORTH:
+            if clearest is None or _room(path) > _room(clearest) + MORE_CLEARANCE:
                 clearest = path
             if _room(clearest) >= 2 * self.context.settings.clearance:
                 break
@@ -322,7 +322,7 @@ def _space(context: Context, start: Floats, goal: Floats) -> Space:
         np.concatenate([chain.lower, low]),
         np.concatenate([chain.upper, high]),
         np.maximum(context.radius, 1e-3),
-        np.concatenate([_speed(context), np.full(len(low), UNKNOWN_SPEED)]),
+        np.concatenate([_speed(context), np.full(len(low), UNLIMITED_JOINT_SPEED)]),
     )
 
 
@@ -335,7 +335,7 @@ def _turned_to(q: Floats, n: int, table: Floats) -> Floats:
 
 def _speed(context: Context) -> Floats:
     speed = context.solver.chain.max_speed
-    return np.where(np.isfinite(speed), speed, UNKNOWN_SPEED)
+    return np.where(np.isfinite(speed), speed, UNLIMITED_JOINT_SPEED)
 
 
 def _turns(context: Context, start: Stretch, arrives: list[Floats]) -> list[Floats]:

@@ -53,7 +53,7 @@ def export_document(
     result: ProgramResult,
     warnings: Sequence[Warning],
 ) -> dict[str, Any]:
-    """The contract "rbam-program/1".
+    """The document of schema "rbam-program/1".
 
     Args:
         job: whose program it is.

@@ -5,7 +5,7 @@ Use:
     reader = EventReader(controller)
     reader.of_comment(";process_on")          # RecognisedEvent(Happens.ARC_ON, {})
 
-A hook of several lines is told by its first; the others, which the first expects, are taken with it.
+A hook of several lines is recognised by its first; the others, which the first expects, are taken with it.
 """
 
 from __future__ import annotations

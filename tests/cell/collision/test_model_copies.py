@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import weakref
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -15,7 +16,7 @@ from cell.arrays import Ints
 from cell.case.read import load_case
 from cell.collision import model_copies
 from cell.collision.checker import NEVER, Checker
-from cell.collision.model_copies import Switched, lent
+from cell.collision.model_copies import Switched, discard_spare, lent
 from cell.collision.pair_groups import PairGroupChecker, pair_groups
 from cell.collision.table_clearances import TableChecker
 from cell.collision.wire import wire_checker, wire_scene
@@ -50,6 +51,19 @@ def test_a_copy_is_given_back_when_a_look_fails() -> None:
         raise ValueError("on the way")
     with lent(model) as again:
         assert again is first
+
+
+def test_spare_copies_can_be_let_go_of() -> None:
+    model, other = a_model(), a_model()
+    with lent(model) as first, lent(other) as others:
+        pass
+    gone = weakref.ref(first)
+    del first
+    assert gone() is not None
+    discard_spare(model)
+    assert gone() is None
+    with lent(other) as again:
+        assert again is others
 
 
 def looks(scene: Scene) -> list[Callable[[Floats, Ints], object]]:

@@ -91,7 +91,7 @@ def test_the_header_says_how_far_the_speed_is_held(good: Result, good_page: str)
     held = speed_document(good.motion.held_speed, good.job.targets.bead)
     header = good_page[: good_page.index("</header>")]
     assert held["slowed"]
-    assert f"held to {100 * held['least_share']:.0f} % or more" in header
+    assert f"kept to {100 * held['least_share']:.0f} % or more" in header
     assert f'data-target="{held["from_target"]}"' in header
     assert "travelling" in header
 

@@ -80,7 +80,7 @@ def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Res
     known = np.isfinite(before)
     # never faster; slower at the beads' ends and where the drives have to
     assert before[known].max() <= wanted * 1.001
-    assert (before[known] > wanted * 0.995).mean() > 0.8
+    assert (before[known] > wanted * 0.985).mean() > 0.8
     motion = good.motion
     assert motion is not None
     dt = np.diff(motion.t_s)
@@ -89,8 +89,8 @@ def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Res
     slow = replace(good, motion=replace(motion, t_s=np.concatenate([[0], np.cumsum(dt)])))
     chart = next(c for c in unpack(page_data(slow))["path"]["charts"] if c["title"].startswith("TCP"))
     np.testing.assert_allclose(chart["lines"][0]["y"][slowed[:-1]], before[slowed[:-1]] / 2, rtol=0.01)
-    off = [float(re.search(r"1% for ([0-9.]+) s", note)[1]) for note in (tcp_note(path), chart["note"])]
-    kept = before[slowed[:-1]] > wanted * 0.99
+    off = [float(re.search(r"2 % for ([0-9.]+) s", note)[1]) for note in (tcp_note(path), chart["note"])]
+    kept = before[slowed[:-1]] > wanted * 0.98
     assert off[1] - off[0] >= dt[slowed[:-1]][kept].sum() - 0.2
 
 

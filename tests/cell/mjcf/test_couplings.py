@@ -55,7 +55,7 @@ TENDON = '<tendon><fixed name="t"{}><joint joint="A2" coef="1"/><joint joint="{}
         ('<equality><joint joint1="A3" joint2="A2" polycoef="0 -1 0 0 0"/></equality>', "A3 follows A2"),
         ('<equality><joint joint1="R" joint2="A2"/></equality>', "R follows A2"),
         ('<equality><joint joint1="A2" joint2="R"/></equality>', "R follows A2"),
-        ('<equality><joint joint1="A2"/></equality>', "A2 is held in its place"),
+        ('<equality><joint joint1="A2"/></equality>', "A2 is fixed in its place"),
         (TENDON.format("", "A3") + '<equality><tendon tendon1="t"/></equality>', "tendon t couples A2, A3"),
         (TENDON.format("", "R") + '<equality><tendon tendon1="t"/></equality>', "tendon t couples A2 "),
     ],

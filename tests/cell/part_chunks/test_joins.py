@@ -11,7 +11,7 @@ from support.jobs.layered_boss import context_of, layered_job
 from cell.failure import ON_TRAVEL, Failure, Kind
 from cell.job.job import Job
 from cell.part_chunks.chunked_plan import Shared, join_chunks
-from cell.part_chunks.joins import joint_of, turned_to_chunk_before
+from cell.part_chunks.joins import join_to, turned_to_chunk_before
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.context import Context
 from cell.planning.part_plan import PartPlan, plan_part
@@ -96,9 +96,9 @@ def test_what_cannot_be_left_is_stuck_and_the_bead_stays(job: Job, context: Cont
     into[1] += np.deg2rad(25.0)  # the arm leans into the part
     buried = replace(last, q_targets=np.concatenate([last.q_targets[:-1], into[None]]))
     few = replace(context, settings=replace(context.settings, travel_attempts=10))
-    joint = joint_of(few, buried, b.beads[0])
-    assert isinstance(joint.way, Failure)
-    assert joint.bead is None
+    join = join_to(few, buried, b.beads[0])
+    assert isinstance(join.way, Failure)
+    assert join.bead is None
     beads = (*a.beads[:-1], replace(a.beads[-1], stretches=(buried,)))
     found = join_chunks(Shared.of(job, few), [replace(a, beads=beads), b]).plan
     assert list(found.travel_failures) == [b.beads[0].first]

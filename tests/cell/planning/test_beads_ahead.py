@@ -110,14 +110,14 @@ def test_a_search_in_vain_is_not_done_again(boss):
     narrow = Context.of(job, context.checker.table, replace(context.settings, clearance=0.1))  # more than there is
     ahead = BeadsAhead(narrow, firsts, stops[-1])
     assert ahead.bead(firsts[0], None) is None
-    search = ahead.in_vain(firsts[0], None)
+    search = ahead.failed_search(firsts[0], None)
     assert search is not None
     asked = narrow.asked
     assert search.cheapest_path() is None  # of what it knows by now nothing is asked again
     assert ahead.bead(firsts[0], None) is None
     assert narrow.asked == asked
-    assert ahead.in_vain(firsts[1], None) is None
-    assert ahead.in_vain(firsts[0], np.zeros(6)) is None
+    assert ahead.failed_search(firsts[1], None) is None
+    assert ahead.failed_search(firsts[0], np.zeros(6)) is None
     full, quick = (plan_bead(narrow, firsts[0], stops[0], None, quickly=quickly) for quickly in (False, True))
     assert full.target_failures.keys() == quick.target_failures.keys()
     assert full.edge_failures.keys() == quick.edge_failures.keys()

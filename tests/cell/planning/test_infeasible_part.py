@@ -19,7 +19,7 @@ from cell.part_chunks.chunk_starts import beginnings
 from cell.part_chunks.chunking import Chunking
 from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
-from cell.planning.collision_free_rolls import _looked_at, collision_free_rolls, free_nowhere
+from cell.planning.collision_free_rolls import _checked_rolls, collision_free_rolls, free_nowhere
 from cell.planning.context import Context
 from cell.planning.edges.edge_check import SearchedBead
 from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone, unreachable
@@ -169,13 +169,13 @@ def test_a_bead_that_comes_out_whole_is_charged_for_what_is_not_easy(job_with, m
     assert charged(infeasible_part.EASY * stop + 100) == 100
 
 
-def test_a_bead_beyond_the_budget_is_put_off_in_the_first_pass_alone(job_with, nothing_over):
+def test_a_bead_beyond_the_budget_is_postponed_in_the_first_pass_alone(job_with, nothing_over):
     context = context_of(job_with())
-    for full_searches, put_off in ((0, True), (1, False)):
+    for full_searches, postponed in ((0, True), (1, False)):
         judge = InfeasiblePartJudge(context, 0, full_searches=full_searches)
         judge.spent = 1e9
         bead = judge.plan(0, 4, None, lambda _: BeadPlan(0, 4, (), {}, {}))
-        assert (bead is None) == put_off
+        assert (bead is None) == postponed
         assert not judge.lost
 
 
@@ -209,7 +209,7 @@ def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with, away_m
     some = np.arange(0, len(context.deposits_before), max(len(context.deposits_before) // 8, 1))
     rolls = np.deg2rad(np.arange(-180, 180, 20.0))
     target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
-    looked = _looked_at(context, target, roll)
+    looked = _checked_rolls(context, target, roll)
     held = np.flatnonzero(looked.held > 0)
     assert len(held) > 10
     if away_mm >= 30:  # of these some are free at other rolls
@@ -339,5 +339,5 @@ def test_help_and_formats_say_how_much_of_a_lost_part_is_looked_at() -> None:
     most = f"{infeasible_part.LARGE_FLOOR:,} configurations {small}"
     formats = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
     assert f"{most} and {infeasible_part.PER_TARGET} more for each target" in " ".join(CHECK_TEXT.split())
-    assert f"{most} plus {infeasible_part.PER_TARGET} for each target" in " ".join(formats.split())
+    assert f"{most} and {infeasible_part.PER_TARGET} more for each target" in " ".join(formats.split())
     assert f"takes more than {infeasible_part.EASY} configurations for each of its targets" in " ".join(formats.split())

@@ -1,4 +1,4 @@
-"""Beads that are expensive to search in full: put off until the rest of the part is planned."""
+"""Postponed beads: searched in full when the rest of the part is planned."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.infeasible_part import Judged
-from cell.planning.part_plan import BeadRun, PartPlan, PlannedRun, PutOff, plan_part, plan_runs
+from cell.planning.part_plan import BeadRun, PartPlan, PlannedRun, PostponedRun, plan_part, plan_runs
 from cell.planning.station_search import StationSearch
 
 FOUR = Chunking(0, 8)  # four chunks of ten beads
@@ -32,7 +32,7 @@ def planned(job: Job, chunking: Chunking | None) -> PartPlan:
     context = context_of(job)
     if chunking is None:
         return plan_part(context, job.targets.bead)
-    return plan_in_chunks(Shared.of(job, context), chunking.chunks(job.targets, context.span))
+    return plan_in_chunks(Shared.of(job, context), chunking.chunks(job.targets, context.span)).plan
 
 
 def same(one: PartPlan, two: PartPlan) -> bool:
@@ -47,16 +47,16 @@ def same(one: PartPlan, two: PartPlan) -> bool:
     )
 
 
-def out_of_reach(job: Job, layer: int) -> Job:
-    """The same with a layer that no arm reaches, which is known without a search."""
+def out_of_reach(job: Job, *layers: int) -> Job:
+    """The same with layers that no arm reaches, which is known without a search."""
     t = job.targets
-    off = np.where((t.layer == layer)[:, None], 1e5, 0.0)
+    off = np.where(np.isin(t.layer, layers)[:, None], 1e5, 0.0)
     return replace(job, targets=replace(t, position=t.position + off))
 
 
 @pytest.fixture
-def doubtful(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
-    """Make every bead doubtful, and note which are searched in full."""
+def every_bead_postponed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
+    """Let every bead be postponed, and note which are searched in full."""
 
     def make(*, no_budget: bool) -> list[int]:
         monkeypatch.setattr(BeadsAhead, "bead", lambda *_: None)
@@ -77,20 +77,20 @@ def doubtful(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
 
 
 @pytest.mark.parametrize("chunking", [None, FOUR], ids=["one chunk", "four"])
-def test_beads_that_were_put_off_are_planned_as_they_would_have_been_at_once(job, doubtful, chunking):
-    at_once = doubtful(no_budget=False)
+def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_bead_postponed, chunking):
+    at_once = every_bead_postponed(no_budget=False)
     plan = planned(job, chunking)
     assert all(bead.whole for bead in plan.beads)
     firsts = [bead.first for bead in plan.beads]
     assert sorted(at_once) == firsts
-    later = doubtful(no_budget=True)
+    later = every_bead_postponed(no_budget=True)
     assert same(planned(job, chunking), plan)
     assert sorted(later) == firsts
 
 
-def test_where_a_bead_is_lost_those_that_were_put_off_are_never_searched_in_full(job, doubtful):
-    searched = doubtful(no_budget=True)
-    plan = planned(out_of_reach(job, layer=int(job.targets.layer.max())), None)
+def test_where_a_bead_is_lost_postponed_ones_are_never_searched_in_full(job, every_bead_postponed):
+    searched = every_bead_postponed(no_budget=True)
+    plan = planned(out_of_reach(job, int(job.targets.layer.max())), None)
     assert searched == []
     assert plan.beads[-1].target_failures
     assert all(not bead.whole and bead.open and not bead.stretches for bead in plan.beads[:-1])
@@ -100,9 +100,9 @@ def run_of(name: int, beads: int = 8) -> BeadRun:
     return BeadRun(tuple(range(100 * name, 100 * name + beads)), 100 * name + beads, None)
 
 
-def up_to(done: int) -> PutOff:
+def up_to(done: int) -> PostponedRun:
     beads = tuple(BeadPlan(k, k + 1, (), {}, {}) for k in range(done))
-    return PutOff(PartPlan(beads, (), {}), Judged())
+    return PostponedRun(PartPlan(beads, (), {}), Judged())
 
 
 class Planner:
@@ -117,20 +117,20 @@ class Planner:
         return list(self.answers.pop(0))
 
 
-def test_runs_without_doubtful_beads_are_planned_once():
+def test_runs_without_postponed_beads_are_planned_once():
     planner = Planner([PlannedRun(EMPTY, False, None), PlannedRun(EMPTY, True, None)])
     assert plan_runs([run_of(0), run_of(1)], planner) == [EMPTY, EMPTY]
     assert planner.asked == [[(0, 0, 0, False), (100, 0, 0, False)]]
 
 
-def test_a_loss_in_one_run_settles_the_doubtful_beads_of_all_others():
+def test_a_loss_in_one_run_settles_the_postponed_beads_of_all_others():
     first = PartPlan((), (), {})
     planner = Planner([PlannedRun(first, False, up_to(2)), PlannedRun(EMPTY, True, None)])
     assert plan_runs([run_of(0), run_of(1)], planner)[0] is first
     assert len(planner.asked) == 1
 
 
-def test_doubtful_beads_are_searched_in_rounds_of_more_and_more_until_one_is_lost():
+def test_postponed_beads_are_searched_in_rounds_of_more_and_more_until_one_is_lost():
     planner = Planner(
         [PlannedRun(EMPTY, False, up_to(1)), PlannedRun(EMPTY, False, None), PlannedRun(EMPTY, False, up_to(2))],
         [PlannedRun(EMPTY, False, up_to(3)), PlannedRun(EMPTY, False, up_to(4))],
@@ -156,6 +156,23 @@ def test_whether_the_first_bead_of_a_part_is_lost_is_said_to_all_chunks(job, mon
 
     monkeypatch.setattr(infeasible_part, "FLOOR", 0)
     monkeypatch.setattr("cell.part_chunks.chunked_plan.plan_run", noted)
-    plan = planned(out_of_reach(job, layer=0) if lost else job, FOUR)
+    plan = planned(out_of_reach(job, 0) if lost else job, FOUR)
     assert plan.beads[0].whole == (not lost)
     assert said == [lost] * 4
+
+
+def test_behind_lost_layers_beads_are_searched_together_again(job, monkeypatch):
+    monkeypatch.setattr(infeasible_part, "FLOOR", 0)
+    alone: list[int] = []
+    really = infeasible_part.InfeasiblePartJudge.plan
+
+    def noted(judge, first, *rest):
+        alone.append(first)
+        return really(judge, first, *rest)
+
+    monkeypatch.setattr(infeasible_part.InfeasiblePartJudge, "plan", noted)
+    plan = planned(out_of_reach(job, 2, 3), None)
+    lost = [bead.first for bead in plan.beads if not bead.whole]
+    behind = [bead.first for bead in plan.beads if bead.first > max(lost)]
+    assert len(behind) > 4
+    assert len(set(alone) & set(behind)) <= 2

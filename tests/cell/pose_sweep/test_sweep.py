@@ -21,7 +21,7 @@ from cell.errors import InputError
 from cell.job.job import prepare
 from cell.pose_sweep.grid import Pose, grid
 from cell.pose_sweep.ranking import sweep_columns, sweep_document
-from cell.pose_sweep.sweep import SweepTask, mark_of, sweep, variant_of
+from cell.pose_sweep.sweep import SweepTask, sweep, sweep_fingerprint, variant_of
 from cell.report.sweep_lines import sweep_lines
 from cell.verdict.check import check_fixed
 
@@ -311,6 +311,6 @@ def test_of_a_table_that_indexes_the_map_is_of_what_is_built_first(tmp_path):
     second = sweep(given, poses, processes=1)
     assert {row["sub_volume"] for row in second} == {"SV2"}
     assert [row["verdict"] for row in second] != [row["verdict"] for row in found]
-    marks = {mark_of(one) for one in (case, given, with_table(case, {"mode": "fixed"}))}
+    marks = {sweep_fingerprint(one) for one in (case, given, with_table(case, {"mode": "fixed"}))}
     assert len(marks) == 3
     assert "of SV2 layers 0 to 1, built first" in text_of(sweep_document(given, second))

@@ -22,7 +22,7 @@ from cell.cli.main import main
 from cell.motion.motion_file import write_motion
 from cell.programs.cell_controller import cell_controller, frames_of
 from cell.programs.export import export_program
-from cell.programs.from_motion import PointThinning, _farthest, _told, program_of_motion
+from cell.programs.from_motion import PointThinning, _farthest, _size_warnings, program_of_motion
 from cell.programs.orientation import frames_of_poses
 from cell.programs.pose_rows import pose_rows
 from cell.programs.program import EventKind, MoveKind
@@ -95,8 +95,8 @@ def test_dense_points_and_small_memories_are_told() -> None:
     frames = frames_of(job, cell_controller(job))
     # 29 points of 100 bytes are far from any memory, more than a thousand are not
     assert [line.code for line in program_of_motion(job, boss.motion, frames).warnings] == ["program_dense"]
-    assert [line.code for line in _told(job.case, 1100, 0.1)] == ["program_memory"]
-    assert not _told(job.case, 1000, 0.1)
+    assert [line.code for line in _size_warnings(job.case, 1100, 0.1)] == ["program_memory"]
+    assert not _size_warnings(job.case, 1000, 0.1)
     assert not boss.made.written.warnings
 
 
@@ -315,7 +315,7 @@ def test_the_command_writes_everything_or_nothing(tmp_path: Path, capsys: pytest
     assert document["deviation"]["position_mm"] < 0.002
     with points.open() as file:
         assert len(list(csv.DictReader(file))) == sum(one["points"] for one in document["files"])
-    assert "read back, run and judged: feasible" in capsys.readouterr().out
+    assert "read back, run and checked: feasible" in capsys.readouterr().out
     assert main(["check", str(case), "--program", str(out / "KNOB.src"), "--json", str(tmp_path / "r.json")]) == 0
     report = json.loads((tmp_path / "r.json").read_text())
     assert report["schema"] == "rbam-motion-report/1"

@@ -12,7 +12,7 @@ from cell.cli.main import main
 from cell.job.job import prepare
 from cell.planning import infeasible_part
 from cell.remedy_search import search as remedies_module
-from cell.remedy_search.changes import ChangeBase, single_changes, table_pose_change
+from cell.remedy_search.changes import CheckedCase, single_changes, table_pose_change
 from cell.remedy_search.screening import Screening
 from cell.remedy_search.search import remedies
 from cell.remedy_search.target_groups import target_groups
@@ -26,7 +26,7 @@ FEW = {"slicing": {"h_layer_mm": 3, "h_min_mm": 2, "h_max_mm": 4}}
 
 def start_of(path):
     case = load_case(path)
-    return ChangeBase(prepare(case), case.table.E1_deg, case.table.E2_deg)
+    return CheckedCase(prepare(case), case.table.E1_deg, case.table.E2_deg)
 
 
 def lines(count, beads):

@@ -240,6 +240,6 @@ def test_a_home_in_the_way_is_told_at_a_target_that_was_not_looked_at(make_case)
     lost = SimpleNamespace(failure=Failure(Kind.OUT_OF_REACH), attempt=None)
     bead = SimpleNamespace(stretches=[], target_failures={0: lost}, edge_failures={}, open=list(range(1, last + 1)))
     home = Failure(Kind.COLLISION, -1.0, 5.0, place=FailurePlace(Where.TO_HOME, at_home=True))
-    rows = _rows(job, SimpleNamespace(beads=[bead], travel_failures={last: home}), np.zeros(len(job.targets)))
+    rows = _rows(SimpleNamespace(beads=[bead], travel_failures={last: home}), {})
     assert [i for i, row in rows.items() if row.looked_at] == [0, last]
     assert rows[last].failure.kind is Kind.COLLISION

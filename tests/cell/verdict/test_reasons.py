@@ -162,3 +162,23 @@ def test_the_command_shows_all_reasons(make_case, tmp_path, capsys):
     assert "candidates" in capsys.readouterr().out
     assert main(["check", str(path), "--no-remedies", "--json", str(out)]) == 1
     assert all("all_reasons" not in row for row in json.loads(out.read_text())["rows"])
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"roll": {"fixed_deg": -90}, "table": {"E1_deg": -45, "E2_deg": 0}},
+        {
+            "fixtures": [
+                {"name": "lid", "box": {"size_mm": [10, 300, 300]}, "position_mm": [-78, 0, 120], "on": "table"}
+            ]
+        },
+        {"checks": {"wrist_deg": 80}, "roll": {"fixed_deg": 0}},
+    ],
+    ids=["joint limits", "collision", "singularity"],
+)
+def test_an_attempt_is_kept_without_the_other_candidates_of_its_bead(make_case, changes):
+    """Of a bead of 300 targets with a free roll these are 6 MB and more, of each bead that is lost."""
+    attempts = [row.attempt for row in run(make_case(**changes)).rows if row.attempt is not None and row.reason]
+    assert attempts
+    assert all(q.base is None for q in attempts)

@@ -17,7 +17,7 @@ from cell.verdict.result import Result
 from cell.verification.motion_check import check_motion
 from cell.view.picture import picture
 from cell.view.player import Player
-from cell.view.shown_motion import Played, played
+from cell.view.shown_motion import ShownMotion, played
 from cell.view.stage_scene import StagedScene
 
 
@@ -31,7 +31,7 @@ def result(boss: Path) -> Result:
     return result_of(boss)
 
 
-def shown(result: Result, motion: Motion, path: Path, target: int | None = None) -> Played:
+def shown(result: Result, motion: Motion, path: Path, target: int | None = None) -> ShownMotion:
     write_motion(path, motion)
     return played(result.job, check_motion(result.job, read_motion(path, result.job)), target)
 

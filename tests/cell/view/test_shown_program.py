@@ -64,8 +64,8 @@ def test_a_page_of_a_program_has_its_verdict_its_clearance_and_its_lines(tmp_pat
     for k in (5, len(path["x"]) // 2, -1):
         text = (tmp_path / path["files"][int(path["file"][k])]).read_text().splitlines()
         assert text[int(path["line"][k]) - 1].startswith(("LIN", "PTP"))
-    assert "run as the controller would and held against the cell" in page
-    assert "Nothing was found." in page
+    assert "run as the controller would and checked in the cell" in page
+    assert "No faults." in page
     assert result.found.clearance is not None
     assert f"{result.found.clearance[0] * 1e3:.1f} mm between" in page
     assert "can weld all" not in page

@@ -89,14 +89,15 @@ def test_a_layer_that_takes_next_to_nothing_is_told_of_by_its_volume():
     parameters = BeadParameters("zigzag")
     metal = [LayerMetal(0, 1000.0, 1080.0), LayerMetal(1, 900.0, 910.0), LayerMetal(2, 1.25, 58.0)]
     (line,) = metal_lines("SV1", metal, parameters)
-    assert "2 of 3 layers are off by more than 5%, layer 0 the most (108%)" in line
+    assert "2 of 3 layers are off by more than 5 %, layer 0 the most (108 %)" in line
     assert "1 of them needs almost no metal: layer 2 needs 1.25 mm³ and gets 58 mm³" in line
     (line,) = metal_lines("SV1", metal[1:], parameters)  # no other layer is off
     assert line.endswith(
-        "1 of 2 layers are off by more than 5%; 1 of them needs almost no metal: layer 2 needs 1.25 mm³ and gets 58 mm³"
+        "1 of 2 layers are off by more than 5 %; 1 of them needs almost no metal:"
+        " layer 2 needs 1.25 mm³ and gets 58 mm³"
     )
     (line,) = metal_lines("SV1", metal[:2], parameters)
-    assert line.endswith("layer 0 the most (108%)")
+    assert line.endswith("layer 0 the most (108 %)")
 
 
 def test_beads_vary_their_speed_so_that_every_layer_gets_its_metal():

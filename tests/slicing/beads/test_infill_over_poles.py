@@ -15,7 +15,7 @@ from support.parts.meshes import box, from_manifold
 
 from slicing.beads.infill import contour_rounds
 from slicing.beads.lay import lay_beads, layer_beads
-from slicing.beads.regions import Joint, islands
+from slicing.beads.regions import RegionOverlap, islands
 from slicing.curves.intersect import Curve, intersect
 from slicing.layers.layer import Layer
 from slicing.layers.poles import poles
@@ -190,7 +190,7 @@ def test_the_share_of_the_spacing_is_that_of_two_lines_nearby():
 
 def test_what_runs_far_down_from_the_end_is_divided_where_both_parts_fare_better():
     layer = layer_of("cap over a shaft's end")
-    whole, pieces = islands(layer), islands(layer, Joint(0.5, W))
+    whole, pieces = islands(layer), islands(layer, RegionOverlap(0.5, W))
     assert len(whole) == 1
     assert whole[0].chart.stretch[1] > 1.9
     assert [type(piece.chart) for piece in pieces] == [PoleChart, RoundChart]
