@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
-from typing import Any
+from typing import Any, get_origin
 
 from annotated_types import Ge, Le
 from pydantic import ValidationError
@@ -31,6 +31,8 @@ def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
     key = ".".join(where)
     if problem["type"] in UNKNOWN:
         known = _keys_at(where[:-1])
+        if deeper := _within(_section_at(where[:-1]), where[-1]) or _of_torch(where, known):
+            return f"{key}: unknown key; did you mean {'.'.join([*where[:-1], *deeper])}?"
         near = difflib.get_close_matches(where[-1], known, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
         return f"{key}: unknown key; {hint}"
@@ -41,7 +43,7 @@ def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
     if problem["type"] in ("greater_than_equal", "less_than_equal"):
         message = _range_in_words(where, problem["ctx"]) or message
     if key == "roll" and problem["type"] == "literal_error":
-        message = "must be free, {fixed_deg: ..} or {range_deg: [low, high]}"
+        message = "must be free, {fixed_deg: -60} or {range_deg: [-90, 90]}, with angles of your own"
     shown = "" if isinstance(value, dict) and value == content else f" (is {excerpt(value)})"
     return f"{key}: {message[:1].lower() + message[1:]}{shown}"
 
@@ -139,6 +141,25 @@ def _keys_at(where: list[str]) -> list[str]:
     """Keys allowed at a place of a case file."""
     section = _section_at(where)
     return [] if section is None else list(keys_of(section))
+
+
+def _of_torch(where: list[str], known: list[str]) -> list[str]:
+    """Where a measure that stands in the section ``tool`` itself belongs; empty where it is no such, or misspelt."""
+    *sections, name = where
+    measure = sections == ["tool"] and name.endswith(("_mm", "_deg"))
+    return ["dimensions", name] if measure and not difflib.get_close_matches(name, known, cutoff=0.7) else []
+
+
+def _within(section: Any, name: str) -> list[str]:
+    """Where below a section a key of this name stands, the shortest way there; empty where none does."""
+    found: list[list[str]] = []
+    for key, field in ({} if section is None else keys_of(section)).items():
+        below = None if get_origin(field.annotation) in (list, tuple, dict) else section_of(field.annotation)
+        if below is None:
+            continue
+        deeper = [name] if name in keys_of(below) else _within(below, name)
+        found += [[key, *deeper]] if deeper else []
+    return min(found, key=len, default=[])
 
 
 def section_of(annotation: Any) -> Any:

@@ -47,7 +47,7 @@ class Roll(Section):
     @model_validator(mode="after")
     def _one_of(self) -> Roll:
         if (self.fixed_deg is None) == (self.range_deg is None):
-            raise ValueError("must be free, {fixed_deg: ..} or {range_deg: [low, high]}")
+            raise ValueError("must be free, {fixed_deg: -60} or {range_deg: [-90, 90]}, with angles of your own")
         if self.range_deg is not None and not 0 <= self.range_deg[1] - self.range_deg[0] <= 360:
             raise ValueError("range_deg needs low <= high, at most 360 apart")
         return self

@@ -105,6 +105,9 @@ class Job:
     order: BuildOrder | None = None
     given: Toolpath | None = None
 
+    def __repr__(self) -> str:
+        return f"<Job {self.case.title!r}: {sum(self.layers)} layers, {len(self.targets)} targets>"
+
     @cached_property
     def solver(self) -> Solver:
         """The solver of the arm's configurations, as set in the case."""
@@ -336,9 +339,11 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
         The job.
 
     Raises:
-        InputError: something in the case cannot be used, or a layer is not that of its solid (`layer_area`,
+        InputError: it is no case, something in it cannot be used, or a layer is not that of its solid (`layer_area`,
             `layer_length`, `layer_loops`); one line.
     """
+    if not isinstance(case, Case):
+        raise InputError(f"prepare takes a case, not a {type(case).__name__}; cell.load_case reads one")
     path = _read_path(case) if toolpath is None and case.part.toolpath is not None else toolpath
     if path is None:
         part, path = _laid_here(case)

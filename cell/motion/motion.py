@@ -55,6 +55,10 @@ class Motion:
     home_s: float | None = None
     order: BuildOrder | None = None
 
+    def __repr__(self) -> str:
+        ends = f"{self.t_s[-1] - self.t_s[0]:.1f} s" if len(self.t_s) else "0 s"
+        return f"<Motion: {len(self.t_s)} rows, {ends}, axes {', '.join(self.names)}>"
+
     @property
     def called(self) -> tuple[Ints, Ints]:
         """Bead and target of every row as files call them, (m,) each."""

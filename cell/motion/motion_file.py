@@ -76,6 +76,9 @@ class ReadMotion:
     grain: tuple[float, float] = (0.0, 0.0)
     blended: tuple[BlendedRows, ...] | None = None
 
+    def __repr__(self) -> str:
+        return f"<ReadMotion: {len(self.row)} rows, {len(self.repaired)} repaired>"
+
 
 def check_suffix(path: str | Path) -> None:
     """Refuse a name of which it is not known what it holds.

@@ -41,10 +41,12 @@ def check(
         The verdict.
 
     Raises:
-        InputError: only one angle is given, or it is not a finite number, or the table of the case does not stand at
-            one given pose; the positioner has no such angles, or cannot move like that; one line.
+        InputError: there is no job, only one angle is given, or it is not a finite number, or the table of the case
+            does not stand at one given pose; the positioner has no such angles, or cannot move like that; one line.
         WorkerKilledError: a worker process was killed from outside; one line.
     """
+    if not isinstance(job, Job):
+        raise InputError(f"check takes a job, not a {type(job).__name__}; cell.prepare makes one of a case")
     asked = _pose_of(job.case, E1_deg, E2_deg)
     with working(processes):
         return _checked(job, progress) if asked is None else check_fixed(job, *asked, progress)

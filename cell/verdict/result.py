@@ -140,6 +140,11 @@ class Result:
     poses: tuple[BuiltAt, ...] = field(default=(), kw_only=True)
     moved: Floats | None = field(default=None, kw_only=True)
 
+    def __repr__(self) -> str:
+        verdict = "feasible" if self.feasible else "infeasible"
+        good = self.looked_at - self.infeasible
+        return f"<Result {self.job.case.title!r}: {verdict}, {good} of {len(self.rows)} targets reached>"
+
     @property
     def tables(self) -> Floats:
         """E1, E2 at every target, (n, 2), rad."""

@@ -72,6 +72,11 @@ class MotionResult:
     held_speed: HeldSpeed
     warnings: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        verdict = "feasible" if self.feasible else "infeasible"
+        rows = len(self.read.motion.t_s)
+        return f"<MotionResult {self.job.case.title!r}: {verdict}, {rows} rows, {len(self.findings)} findings>"
+
     @property
     def feasible(self) -> bool:
         """Whether nothing was found."""

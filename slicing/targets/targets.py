@@ -64,6 +64,9 @@ class Targets:
         if len(self.speed_mm_s) == 0 < len(self.bead):
             object.__setattr__(self, "speed_mm_s", BeadSpeed().at(self.thickness_mm))
 
+    def __repr__(self) -> str:
+        return f"<Targets: {len(self)} on {len(self.closed)} beads of {', '.join(self.sub_volume)}>"
+
     def __len__(self) -> int:
         return len(self.bead)
 
