@@ -206,7 +206,7 @@ MUTANTS = (
     Mutant("cell/verification/motion_check.py", "    hits += table_blend_collisions(job, runs, sampled, deposits_laid)\n", "", ("cell/verdict/test_coordinated.py",)),
     Mutant("cell/verification/motion_check.py", "crossed = side[1:] != side[:-1]", "crossed = side[1:] != side[1:]", ("cell/verification/test_motion_check.py",)),
     Mutant("cell/verification/motion_check.py", "margin[:, j] < least[j] - SLACK", "margin[:, j] < 0.5 * least[j]", (LIMITS,)),
-    Mutant("cell/verification/motion_check.py", "values > limit * (1 + 1e-9)", "values > 1.5 * limit * (1 + 1e-9)", (LIMITS,)),
+    Mutant("cell/verification/motion_check.py", "return limit * (1 + 1e-9)", "return 1.5 * limit * (1 + 1e-9)", (LIMITS,)),
     Mutant("cell/verification/drive_use.py", "mean * (1 - time / both) - blur", "mean * (1 - time / both) - 5 * blur", (ACCELERATIONS,)),
     Mutant("cell/verification/drive_use.py", "plain[-1] = np.inf", "plain[:] = np.inf", (HITS,)),
     Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if behind.max() > 3 * _tolerance(job):", (LIMITS,)),

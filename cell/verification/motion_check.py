@@ -199,7 +199,7 @@ def _limit_findings(job: Job, motion: Motion, q: Floats) -> list[Finding]:
 def _bead_findings(job: Job, sampled: SampledMotion, on: OnBead) -> list[Finding]:
     """Rows and what lies between them that are not on the bead."""
     checks, window = job.case.checks, job.window
-    off_bead, off_wire = _off_as_told(checks, on)
+    off_bead, off_wire = _off_as_reported(checks, on)
     found = []
     for kind, values, limit in (
         (Kind.OFF_BEAD, off_bead, checks.off_bead_mm),
@@ -212,10 +212,10 @@ def _bead_findings(job: Job, sampled: SampledMotion, on: OnBead) -> list[Finding
     return found
 
 
-def _off_as_told(checks: Checks, on: OnBead) -> tuple[Floats, Floats]:
+def _off_as_reported(checks: Checks, on: OnBead) -> tuple[Floats, Floats]:
     """Distances from the bead, mm, and angles off its direction, degrees, to be held against the limits.
 
-    A sample that is too far from the place that fits it best is wrong. It is told of by its distance from the nearest
+    A sample that is too far from the place that fits it best is wrong. It is reported by its distance from the nearest
     place; if that is within its limit, by the angle there; if both are, by the distance from the place that fits best.
     """
     distance, judged = on.bead_distance / METRES_PER_MM, on.judged_distance / METRES_PER_MM
