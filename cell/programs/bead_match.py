@@ -18,9 +18,10 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..job.job import Job
 from ..rigid import inverse
+from ..scene.site_frames import T_table_part
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import along_beads
-from .cell_frames import T_table_part, tables_seen_from_base
+from .cell_frames import tables_seen_from_base
 from .running.simulate import SimulatedProgram, with_beads
 
 STRETCH_POINTS = 40  # points of a stretch by which its bead is known

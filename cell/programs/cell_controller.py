@@ -18,7 +18,8 @@ from slicing import Code, Warning
 from ..case.controller_section import FrameSection
 from ..job.job import Job
 from ..rigid import inverse
-from .cell_frames import T_flange_tcp, T_table_part, tables_seen_from_base
+from ..scene.site_frames import T_flange_tcp, T_table_part
+from .cell_frames import tables_seen_from_base
 from .controller import Controller, controller_of, matrix_of
 from .orientation import pose_of
 from .program import BaseFrame, ToolFrame

@@ -1,9 +1,8 @@
-"""Where a cell has what a program names: the table's flange, the part on it, the tool on the arm's flange.
+"""Where a cell has the positioner that a program names, seen from the arm's base.
 
 Use:
 
-    T_flange_tcp(scene)                       # the torch, as $TOOL
-    T_table_part(scene)                       # the part on the table's flange, as a coupled $BASE
+    T_base_root(job)                          # where the positioner stands
     tables_seen_from_base(scene, tables)      # (m, 2) rad -> (m, 4, 4): the table's flange in $ROBROOT
 
 Metres and radians.
@@ -21,16 +20,6 @@ from ..scene.calibration import frame_from_mm_deg
 from ..scene.scene import Scene
 
 
-def T_flange_tcp(scene: Scene) -> Floats:
-    """The TCP in the arm's flange, (4, 4), m."""
-    return _between(scene, "flange", "tcp")
-
-
-def T_table_part(scene: Scene) -> Floats:
-    """The part's frame in the table's flange, (4, 4), m."""
-    return _between(scene, "table", "part")
-
-
 def T_base_root(job: Job) -> Floats:
     """Where the positioner stands in the arm's base, (4, 4), m: its measured root, or the case's place of it."""
     scene, calibration = job.scene, job.case.positioner.calibration
@@ -42,13 +31,6 @@ def T_base_root(job: Job) -> Floats:
     while scene.model.body_parentid[body] > 0:
         body = int(scene.model.body_parentid[body])
     return inverse(scene.T_world_base()) @ pose(data.xpos[body], data.xmat[body])
-
-
-def _between(scene: Scene, one: str, other: str) -> Floats:
-    data = mujoco.MjData(scene.model)
-    mujoco.mj_kinematics(scene.model, data)
-    a, b = (pose(data.site_xpos[scene.sites[name]], data.site_xmat[scene.sites[name]]) for name in (one, other))
-    return inverse(a) @ b
 
 
 def tables_seen_from_base(scene: Scene, tables: Floats) -> Floats:

@@ -26,9 +26,10 @@ from ..job.job import Job, speeds
 from ..motion.deposition_speed import KEPT_SHARE
 from ..motion.motion import NO_MOVE, Motion
 from ..rigid import inverse
+from ..scene.site_frames import T_flange_tcp
 from ..units import METRES_PER_MM
 from .cell_controller import ProgramFrames
-from .cell_frames import T_flange_tcp, tables_seen_from_base
+from .cell_frames import tables_seen_from_base
 from .orientation import pose_of
 from .program import Event, EventKind, MoveKind, Moves, Program
 from .running.interpolation import angles_between, turned_shares

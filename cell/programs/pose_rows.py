@@ -19,8 +19,9 @@ from ik.chain import Floats
 from ..arrays import Ints
 from ..job.job import Job
 from ..rigid import inverse
+from ..scene.site_frames import T_flange_tcp, T_table_part
 from ..units import METRES_PER_MM
-from .cell_frames import T_flange_tcp, T_table_part, tables_seen_from_base
+from .cell_frames import tables_seen_from_base
 from .orientation import pose_of
 from .program import MoveKind
 from .running.simulate import SimulatedProgram

@@ -24,11 +24,12 @@ from ..job.job import Job
 from ..motion.file_order import in_motion_order
 from ..motion.motion_file import ReadMotion
 from ..printable import counted
+from ..scene.site_frames import T_flange_tcp
 from ..units import METRES_PER_MM
 from ..verification.bead_order import Finding
 from ..verification.motion_check import MotionResult, check_motion
 from .bead_match import on_beads
-from .cell_frames import T_base_root, T_flange_tcp
+from .cell_frames import T_base_root
 from .program import ANYWHERE, EventKind, MoveKind, Program, SourceLine
 from .running.interpolation import angles_between
 from .running.program_path import move_label

@@ -20,7 +20,8 @@ from ..arrays import Ints
 from ..job.job import Job
 from ..motion.motion import Motion
 from ..rigid import inverse
-from .cell_frames import T_table_part, tables_seen_from_base
+from ..scene.site_frames import T_table_part
+from .cell_frames import tables_seen_from_base
 from .from_motion import PointThinning, ProgramOfMotion
 from .program import EventKind, MoveKind, Program
 from .running.interpolation import angles_between

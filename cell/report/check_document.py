@@ -19,7 +19,7 @@ from slicing import metal_document, typed
 from ..job.part_input import found_document
 from ..json_text import StreamedItems
 from ..motion.deposition_speed import speed_document
-from ..programs.cell_frames import T_flange_tcp
+from ..scene.site_frames import T_flange_tcp
 from ..units import MARGIN_UNITS, METRES_PER_MM
 from ..verdict.result import Result
 from ..verdict.table_use import table_use

@@ -23,7 +23,8 @@ from ...job.job import Job
 from ...motion.motion import JUMP
 from ...rigid import inverse
 from ...scene.scene import table_angles
-from ..cell_frames import T_flange_tcp, tables_seen_from_base
+from ...scene.site_frames import T_flange_tcp
+from ..cell_frames import tables_seen_from_base
 from ..orientation import frames_of_poses
 from ..program import MoveKind, Program
 from .configuration_tracking import ConfigurationTracker
