@@ -240,7 +240,7 @@ all along. Every infeasible target has a reason:
   speed         slower than allowed: an axis cannot keep up (process.least_speed_share)
   gravity       the bead is laid too far off upright (if the case sets a limit)
   overhang      the layer overhangs too far (if the case sets a limit)
-Once a part is known to be infeasible, the search for infeasible targets is limited: 300 configurations (20,000 for
+Once a part is known to be infeasible, the search for infeasible targets is limited: 100 configurations (20,000 for
 parts of up to 600 targets) and 1 more for each target, spread evenly over the part. Targets that were not checked
 for this reason are counted. --every-target checks all of them.
 

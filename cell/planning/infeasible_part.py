@@ -39,7 +39,7 @@ from .edges.edge_check import SearchedBead
 from .station_search import HIT, Ends, StationSearch
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
-LARGE_FLOOR = 300  # of all others
+LARGE_FLOOR = 100  # of all others
 PER_TARGET = 1  # and for each of its targets
 EASY = 5  # configurations that a target of a bead that comes out whole may take; what it takes beyond is charged
 BRANCHES = 8  # configurations of a target at a roll
