@@ -14,9 +14,9 @@ import numpy as np
 from ik.chain import Floats
 
 
-def great_circle(a: Floats, b: Floats, fraction: Floats) -> Floats:
-    """Unit vectors between unit vectors, (m, 3)."""
-    angle = np.arccos(np.clip((a * b).sum(axis=1), -1.0, 1.0))
+def great_circle(a: Floats, b: Floats, fraction: Floats, angle: Floats | None = None) -> Floats:
+    """Unit vectors between unit vectors, (m, 3); the angle between them, (m,), rad, is worked out if not given."""
+    angle = np.arccos(np.clip((a * b).sum(axis=1), -1.0, 1.0)) if angle is None else angle
     sine = np.sin(angle)
     straight = sine < 1e-9
     s = np.where(straight, 1.0, sine)

@@ -26,7 +26,7 @@ from ik.solver import Solver
 from ...arrays import Ints
 from ...failure import ON_BEAD, Failure, Kind
 from ...motion.motion import JUMP
-from ...rigid import frames
+from ...rigid import frames, great_circle
 from ...scene.placement import PlacedTargets
 from ...units import MARGIN_UNITS
 from ..context import CLOSE, BeadTolerance, Steps
@@ -123,7 +123,7 @@ class EdgePoses:
     def at(self, edge: Ints, t: Floats) -> Floats:
         """Poses of the TCP in the base frame, (m, 4, 4)."""
         n = self.normal
-        T0 = frames(self.points(edge, t), _slerp(n[edge, 0], n[edge, 1], self.swing[edge], t), self.reference)
+        T0 = frames(self.points(edge, t), great_circle(n[edge, 0], n[edge, 1], t, self.swing[edge]), self.reference)
         Ts = apply_roll(T0, self.roll[edge, 0] + t * self.turn[edge])
         return Ts if self.moving is None else self.moving.carried(Ts, self.table_at(edge, t))
 
@@ -192,7 +192,7 @@ def _bowed(solver: Solver, poses: EdgePoses, q: Floats) -> Floats:
     p, n = poses.position, poses.normal
     along = p[:, 1] - p[:, 0]
     t = np.clip(((T[:, :3, 3] - p[:, 0]) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
-    off = off_bead(T, poses.points(edge, t), _slerp(n[:, 0], n[:, 1], poses.swing, t), CLOSE)
+    off = off_bead(T, poses.points(edge, t), great_circle(n[:, 0], n[:, 1], t, poses.swing), CLOSE)
     return np.minimum(np.sqrt(BOWED * off), MOST_PARTS)
 
 
@@ -365,14 +365,3 @@ def thinnest(margin: Floats, least: Floats) -> Failure:
         limit=round(float(least[kind]) * factor, 3),
         singularity=KINDS[kind],
     )
-
-
-def _slerp(a: Floats, b: Floats, angle: Floats, t: Floats) -> Floats:
-    """Unit vectors on the great circle from a to b, (m, 3)."""
-    sine = np.sin(angle)
-    straight = sine < 1e-9
-    s = np.where(straight, 1.0, sine)
-    wa = np.where(straight, 1 - t, np.sin((1 - t) * angle) / s)
-    wb = np.where(straight, t, np.sin(t * angle) / s)
-    v = wa[:, None] * a + wb[:, None] * b
-    return v / np.linalg.norm(v, axis=1)[:, None]
