@@ -164,7 +164,7 @@ class InfeasiblePartJudge:
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None,
     ) -> BeadPlan | None:
-        """A bead that the quick search did not find; None: it is postponed."""
+        """A bead whose search in full may cost more than is left; None: it is postponed."""
         before = self.context.work
         suspects = [] if self._suspect is None else [self._nearest(first, stop)]
         spent = self._first_pass and self.left(stop) < 0
@@ -183,10 +183,10 @@ class InfeasiblePartJudge:
             if stretch is not None:
                 return BeadPlan(first, stop, (stretch,), {}, {})
             suspects += [first + int(i) for i in _most_hit(search)]
-        target_failures = unreachable(self.context, range(first, stop))
-        if not target_failures and not self.lost:
+        target_failures = {}
+        if not self.lost:  # of a lost part it is known by here that none is out of reach
             some = list(dict.fromkeys(suspects))[:TRIED_FIRST]
-            target_failures = lost_alone(self.context, some)
+            target_failures = unreachable(self.context, range(first, stop)) or lost_alone(self.context, some)
             if not target_failures and self.full_searches <= 0:
                 return None
             if not target_failures:
