@@ -31,6 +31,7 @@ STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
+INNER = "cell/programs/krl/test_inner_calls.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_overhang_check.py"
 
 
@@ -249,6 +250,10 @@ MUTANTS = (
     Mutant("cell/programs/exported/exported.py", "[*case_files(self.job.case), *reads]", "reads", (EXPORTED,)),
     Mutant("cell/programs/exported/written_files.py", "if made and not done and folder is not None:", "if False:", (EXPORTED,)),
     Mutant("cell/programs/program_check.py", "    yield from _tools(run, job)\n", "", (PROGRAMS,)),
+    Mutant("cell/programs/krl/data.py", "if name not in STANDARD:", "if False:", (INNER,)),
+    Mutant("cell/programs/krl/execution.py", "if any(True for of in _expressions_of(one) for _ in calls_of(of)):", "if False:", (INNER,)),
+    Mutant("cell/programs/krl/line_forms.py", "    if names:\n        yield Statement(\"inner\"", "    if not names:\n        yield Statement(\"inner\"", (INNER,)),
+    Mutant("cell/programs/krl/execution.py", "self.function(inner.name, inner.arguments)", "pass", (INNER,)),
     Mutant("cell/programs/program_check.py", "    yield from _bases(run)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _roots(run.program, job)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _externals(run.program, job)\n", "", (PROGRAMS,)),
