@@ -45,6 +45,11 @@ class _PlannedChunk:
     plan: PartPlan
     home: HomeTravels | None
 
+    @property
+    def rows(self) -> int:
+        """Samples of its beads."""
+        return sum(len(stretch.q) for stretch in self.plan.stretches)
+
     def run(self, join: JoinedBead | None) -> RunBeads | None:
         """What is run if its first bead follows as it was planned; None where that does not."""
         ways, before = self.plan.travels, None
@@ -94,13 +99,14 @@ class RunsAhead:
         if self._goes_home and self._ends is None and first is not None and last is not None:
             self._ends = first.plan.beads[0], last.plan.beads[-1]
             return Task(HOME, _searched_home, self._ends, (0, n - 1))
-        for k in range(n):
-            chunk = None if k in self._chunks else self._chunk(k, planned)
-            if chunk is not None:
-                self._chunks[k] = chunk
-                at_end = [HOME] if self._goes_home and k in (0, n - 1) else []
-                return Task(("run", k), _run_ahead, chunk, (*range(max(k - 1, 0), k + 1), *at_end))
-        return None
+        found = {k: self._chunk(k, planned) for k in range(n) if k not in self._chunks}
+        known = {k: chunk for k, chunk in found.items() if chunk is not None}
+        if not known:
+            return None
+        k = max(known, key=lambda k: known[k].rows)  # what takes longest goes first
+        self._chunks[k] = known[k]
+        at_end = [HOME] if self._goes_home and k in (0, n - 1) else []
+        return Task(("run", k), _run_ahead, known[k], (*range(max(k - 1, 0), k + 1), *at_end))
 
     def done(self, task: Task, result: object) -> None:
         """Take what came of such a task."""
