@@ -163,7 +163,8 @@ class WorkRound:
                 self._work_here(task, tick)
                 self._wake()
         finally:
-            self._over = True
+            with self._news:
+                self._over = True
             self._wake()
         self.listener.join()
         self._bell.close()
