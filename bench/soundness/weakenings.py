@@ -32,6 +32,8 @@ STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
+INNER = "cell/programs/krl/test_inner_calls.py"
+AHEAD = "cell/part_chunks/test_runs_ahead.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_overhang_check.py"
 
 
@@ -250,6 +252,10 @@ MUTANTS = (
     Mutant("cell/programs/exported/exported.py", "[*case_files(self.job.case), *reads]", "reads", (EXPORTED,)),
     Mutant("cell/programs/exported/written_files.py", "if made and not done and folder is not None:", "if False:", (EXPORTED,)),
     Mutant("cell/programs/program_check.py", "    yield from _tools(run, job)\n", "", (PROGRAMS,)),
+    Mutant("cell/programs/krl/data.py", "if name not in STANDARD:", "if False:", (INNER,)),
+    Mutant("cell/programs/krl/execution.py", "if any(True for of in _expressions_of(one) for _ in calls_of(of)):", "if False:", (INNER,)),
+    Mutant("cell/programs/krl/line_forms.py", "    if names:\n        yield Statement(\"inner\"", "    if not names:\n        yield Statement(\"inner\"", (INNER,)),
+    Mutant("cell/programs/krl/execution.py", "self.function(inner.name, inner.arguments)", "pass", (INNER,)),
     Mutant("cell/programs/program_check.py", "    yield from _bases(run)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _roots(run.program, job)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _externals(run.program, job)\n", "", (PROGRAMS,)),
@@ -294,8 +300,18 @@ MUTANTS = (
     Mutant("cell/processes/own_process.py", "            signal.signal(number, signal.SIG_DFL)\n", "            pass\n", (CREW,)),
     Mutant("cell/processes/worker.py", "Context().run(work, pipe, shared)", "work(pipe, shared)", (CREW,)),
     Mutant("cell/processes/work_round.py", "if error is None or k < error[0]", "if error is None", (CREW,)),
-    Mutant("cell/processes/work_round.py", "Context().run(work.function, work.shared, ", "work.function(work.shared, ", (CREW,)),
+    Mutant("cell/processes/work_round.py", "Context().run(task.function, self.work.shared, ", "task.function(self.work.shared, ", (CREW,)),
     Mutant("cell/processes/work_round.py", "                self._ticks += 1\n", "                self.tick()\n", (CREW,)),
+    Mutant("cell/processes/work_round.py", "if isinstance(index, int) and (self._error is None or ", "if (self._error is None or ", (CREW,)),
+    Mutant("cell/processes/work_round.py", "if self._over or held:", "if self._over:", (CREW,)),
+    Mutant("cell/processes/critical_path.py", "self.waited += max(max(", "self.waited += min(max(", ("cell/processes/test_critical_path.py",)),
+    Mutant("cell/part_chunks/runs_ahead.py", "        and _are_same(one.travels, other.travels)\n", "", (AHEAD,)),
+    Mutant("cell/part_chunks/runs_ahead.py", "        and _are_same(one.stretches, other.stretches)\n", "", (AHEAD,)),
+    Mutant("cell/part_chunks/runs_ahead.py", "        same_home\n        and one.before", "        one.before", (AHEAD,)),
+    Mutant("cell/part_chunks/runs_ahead.py", "self._chunks[k].before is not before or ", "", (AHEAD,)),
+    Mutant("cell/part_chunks/runs_ahead.py", " or self._chunks[k].plan.beads[0] is not bead:", ":", (AHEAD,)),
+    Mutant("cell/part_chunks/runs_ahead.py", "if turns_between(last, mine.plan).any():", "if False:", (AHEAD,)),
+    Mutant("cell/part_chunks/runs_ahead.py", "not one.lost and one.postponed is None and one.plan.whole", "one.plan.whole", (AHEAD,)),
     Mutant("cell/processes/worker_pool.py", "if worker.shared != self._number and", "if worker.shared == 0 and", (CREW,)),
     Mutant("cell/processes/worker_pool.py", "            if one.unfinished:\n", "            if False:\n", (CREW,)),
     Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),

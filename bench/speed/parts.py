@@ -41,9 +41,9 @@ STAGES = (
     ("cell.verdict.check", "plan_in_chunks", "planning"),
     ("cell.verdict.check", "with_lockouts", "planning"),
     ("cell.verdict.check", "with_home", "planning"),
-    ("cell.part_chunks.chunked_run", "densified", "after"),
-    ("cell.part_chunks.chunked_run", "corners", "after"),
-    ("cell.part_chunks.chunked_run", "timed", "after"),
+    ("cell.part_chunks.chunk_run", "densified", "after"),
+    ("cell.part_chunks.chunk_run", "corners", "after"),
+    ("cell.part_chunks.chunk_run", "timed", "after"),
     ("cell.part_chunks.chunked_run", "assemble", "after"),
     ("cell.part_chunks.chunked_run", "least_clearance", "clearance"),
 )

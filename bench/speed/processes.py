@@ -1,8 +1,8 @@
 """One check in several processes: ``python -m bench.speed.processes [--parts pad] [--targets 6000] [--jobs 1 2]``.
 
 The same part is checked with each number of processes. Told are wall time; processor time of all of them; that on the
-critical path, which is the first process' own and of each round of work what the worker that had most to do had more
-to do than the first process in that round, and so what the wall time would be on a machine with nothing else to do;
+critical path, which is the first process' own and what it would have waited for workers by the processor time of all
+(``cell.processes.critical_path``), and so what the wall time would be on a machine with nothing else to do;
 memory of the first process and of the largest worker; how long the motion takes; and a digest of verdict and motion,
 which has to be one and the same. Measured is the check of a part that is sliced and a cell that is composed. Workers
 are copies of the first process where they may be, as on Linux. With ``--spawned`` they begin with nothing, as

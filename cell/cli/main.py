@@ -31,6 +31,7 @@ from .exit_codes import BAD_INPUT, ENDED_BY_SIGNAL, INTERRUPTED, NO_VERDICT
 from .verbosity import speaking
 
 DRAWS = ("replay",)  # commands that MuJoCo draws for
+POSITIONAL = {"case": "CASE", "input": "MESH|CASE"}  # arguments that no option begins, as the help calls them
 TRACEBACK = "RBAM_TRACEBACK"  # set to 1, unexpected errors are printed with a traceback
 
 
@@ -69,10 +70,23 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(argv: Sequence[str], own: bool) -> int:
     """Run the command; ``own``: the process is there for nothing else."""
     args = build_parser().parse_args(_joined_negatives(argv))
+    _refuse_empty(args)
     if own:
         begin_own_process(draws=args.command in DRAWS)
     with speaking(args.quiet, args.verbose, sys.stderr):
         return COMMANDS[args.command](args)
+
+
+def _refuse_empty(args: argparse.Namespace) -> None:
+    """Refuse empty arguments, as a script gives whose variable is not set: none counts as one that is left out.
+
+    Raises:
+        InputError: which one is empty.
+    """
+    empty = next((name for name, value in vars(args).items() if value == ""), None)
+    if empty is not None:
+        name = POSITIONAL.get(empty, f"--{empty.replace('_', '-')}")
+        raise InputError(f"{name}: is empty (a variable of a script that is not set?); a value is needed")
 
 
 def _error_line(code: int, line: str) -> int:

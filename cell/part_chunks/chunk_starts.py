@@ -10,6 +10,7 @@ neighbours begin in one configuration, as they would if each were planned after 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ik.chain import Floats
 from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
 from ..planning.edges.edge_check import UNLIMITED_SPEED
-from ..planning.part_plan import KnownBead, known_bead
+from ..planning.part_plan import BeadRun, KnownBead, known_bead
 from .chunking import Chunk
 
 TRIED_TOGETHER = 8  # configurations at a time
@@ -35,8 +36,7 @@ def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead, li
         The plan of the first bead, and for each chunk a configuration, (j,), rad; None where none is known.
     """
     first, start = chunks[0], context.span.start
-    stop = first.firsts[1] if len(first.firsts) > 1 else first.stop
-    known = known_bead(context, first.firsts[0], stop, start, 1 / len(chunks))
+    known = _first_bead(context, first.firsts, first.stop, 1 / len(chunks))
     stretches = known.bead.stretches
     q = stretches[-1].q_targets[-1] if stretches else start
     found: list[Floats | None] = [start]
@@ -49,6 +49,26 @@ def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead, li
         q = _nearest(context, i, of_target[some], cost[some], q)
         found.append(q)
     return known, found
+
+
+def with_first_bead(context: Context, run: BeadRun) -> BeadRun:
+    """The first chunk with its first bead planned, as :func:`beginnings` plans it.
+
+    Args:
+        context: what the part is planned with.
+        run: the chunk.
+
+    Returns:
+        The chunk, to be planned.
+    """
+    known = _first_bead(context, run.firsts, run.stop, run.share)
+    return replace(run, known=known, lost=not known.bead.whole)
+
+
+def _first_bead(context: Context, firsts: Sequence[int], stop: int, share: float) -> KnownBead:
+    """The first bead of the part, and of its first chunk."""
+    stop = firsts[1] if len(firsts) > 1 else stop
+    return known_bead(context, firsts[0], stop, context.span.start, share)
 
 
 def _nearest(context: Context, i: int, q: Floats, cost: Floats, q_before: Floats | None) -> Floats | None:

@@ -14,8 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ..failure import Failure
-from ..job.job import Job
 from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import reduced_budget
 from ..planning.context import Context
@@ -23,30 +24,14 @@ from ..planning.edges.edge_check import Stretch
 from ..planning.part_plan import BeadRun, PartPlan, PlannedRun, plan_part, plan_run, plan_runs, travel_failure
 from ..planning.travels.home import FoundHomeTravels, search_home_travels
 from ..planning.travels.travel import TravelPath
+from ..processes.work_round import Aside, Task
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
 from ..progress import Progress
-from .chunk_starts import beginnings
-from .chunking import Chunk, pool_for_chunks
+from .chunk_starts import beginnings, with_first_bead
+from .chunking import Chunk, Shared, pool_for_chunks
 from .joins import JoinedBead, join_to, same_end, turned_to_chunk_before
-
-
-@dataclass(frozen=True, eq=False)
-class Shared:
-    """What every chunk needs.
-
-    Attributes:
-        job: the part.
-        context: what it is planned with.
-    """
-
-    job: Job
-    context: Context
-
-    @classmethod
-    def of(cls, job: Job, context: Context) -> Shared:
-        """Without what only reports ask for: it is sent to other processes."""
-        return cls(replace(job, sliced=(), beads=()), context)
+from .runs_ahead import RunsAhead
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +41,37 @@ class ChunkedPlan:
     Attributes:
         plan: the plan.
         home: the travels from home and back, where they are known by then.
+        ahead: chunks that have been run already, as they were planned.
     """
 
     plan: PartPlan
     home: FoundHomeTravels | None = None
+    ahead: RunsAhead | None = None
+
+
+class _BesidePlanning(Aside):
+    """What is done beside the planning of chunks: where the arm comes from to each, and runs ahead."""
+
+    early = 1  # a worker plans the first chunk before that is known of the others
+
+    def __init__(self, shared: Shared, chunks: Sequence[Chunk], meanwhile: Callable[[], object] | None) -> None:
+        self.ahead, self._worth_it = RunsAhead(shared), False
+        self._context, self._chunks, self._meanwhile = shared.context, chunks, meanwhile
+        share, start = 1 / len(chunks), shared.context.span.start
+        self.runs = [BeadRun(chunk.firsts, chunk.stop, start, None, True, share) for chunk in chunks]
+
+    def __call__(self) -> None:
+        known, q_before = beginnings(self._context, self._chunks)
+        lost = not known.bead.whole
+        self.runs[:] = [replace(run, q_before=q, lost=lost) for run, q in zip(self.runs, q_before, strict=True)]
+        self.runs[0] = replace(self.runs[0], known=known)
+        self._worth_it = self._meanwhile is None or bool(self._meanwhile())
+
+    def next_task(self, found: Sequence[PlannedRun | None]) -> Task | None:
+        return self.ahead.next_task(found) if self._worth_it else None
+
+    def done(self, task: Task, result: object) -> None:
+        self.ahead.done(task, result)
 
 
 def plan_in_chunks(
@@ -74,7 +86,8 @@ def plan_in_chunks(
         shared: the part and what it is planned with.
         chunks: from :class:`cell.part_chunks.chunking.Chunking`.
         progress: called with how far it is.
-        meanwhile: what this process does first while workers plan, where the part has several chunks.
+        meanwhile: what this process does first while workers plan, where the part has several chunks; tells whether
+            a plan that holds is going to be run.
 
     Returns:
         The plan; of a part in one chunk, what ``plan_part`` gives, and no travels from home.
@@ -83,39 +96,42 @@ def plan_in_chunks(
     if len(chunks) == 1:
         return ChunkedPlan(plan_part(context, shared.job.targets.bead, progress))
     workers = pool_for_chunks(chunks)
-    workers.get_ready(shared, len(chunks), copies=False)
-    known, q_before = beginnings(context, chunks)
     workers.get_ready(shared, len(chunks))  # before a bar is shown, which has a thread of its own
-    share = 1 / len(chunks)
-    runs = [
-        BeadRun(
-            chunk.firsts, chunk.stop, q, known if chunk is chunks[0] else None, True, share, lost=not known.bead.whole
-        )
-        for chunk, q in zip(chunks, q_before, strict=True)
-    ]
+    beside = _BesidePlanning(shared, chunks, meanwhile)
 
     def planned(some: Sequence[BeadRun], count: Tick) -> list[PlannedRun]:
-        aside = meanwhile if some is runs else None
-        return workers.run(_planned, shared, some, count, [run.targets_left for run in some], aside)
+        if some is not beside.runs:
+            return workers.run(_planned, shared, some, count, [run.targets_left for run in some])
+        sizes = [np.inf, *(run.targets_left for run in some[1:])]
+        return workers.run(_planned, shared, some, count, sizes, beside)
 
-    return join_chunks(shared, plan_runs(runs, planned, progress), workers)
+    return join_chunks(shared, plan_runs(beside.runs, planned, progress), workers, beside.ahead)
 
 
-def join_chunks(shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool | None = None) -> ChunkedPlan:
+def join_chunks(
+    shared: Shared,
+    plans: Sequence[PartPlan],
+    workers: WorkerPool | None = None,
+    ahead: RunsAhead | None = None,
+) -> ChunkedPlan:
     """Make plans of chunks the plan of the part.
 
     Args:
         shared: the part and what it is planned with.
         plans: of its chunks, in order.
         workers: who planned them; this process where left out.
+        ahead: chunks that were joined and run as they were planned.
 
     Returns:
         The plan.
     """
-    return _Joining(shared, plans, workers or WorkerPool(1)).plan()
+    return _Joining(shared, plans, workers or WorkerPool(1), ahead or RunsAhead(shared)).plan()
 
 
 def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PlannedRun:
+    first = run.firsts[0] == shared.context.span.first
+    if first and run.known is None and run.begun is None:
+        run = with_first_bead(shared.context, run)
     return plan_run(shared.context, run, tick)
 
 
@@ -126,45 +142,50 @@ def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBe
 class _Joining:
     """Chunks made one plan."""
 
-    def __init__(self, shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool) -> None:
-        self.shared, self.context, self.workers = shared, shared.context, workers
+    def __init__(self, shared: Shared, plans: Sequence[PartPlan], workers: WorkerPool, ahead: RunsAhead) -> None:
+        self.shared, self.context, self.workers, self.ahead = shared, shared.context, workers, ahead
         self.beads: list[BeadPlan] = []
         self.travels: dict[int, TravelPath] = {}  # by the first target of the bead that they lead to
         self.travel_failures: dict[int, Failure] = {}
         self.joins: list[int] = []  # the first bead of each chunk after the first that is to be led to
-        for plan in plans:
+        self.chunk: dict[int, int] = {}  # the chunks that they begin
+        for n, plan in enumerate(plans):
             if plan.stretches and any(bead.stretches for bead in self.beads):
                 plan = turned_to_chunk_before(self.context, self._before(len(self.beads)), plan)
             begins = next((k for k, bead in enumerate(plan.beads) if bead.stretches), None)
             if begins is not None and plan.beads[begins].whole and any(bead.stretches for bead in self.beads):
                 self.joins.append(len(self.beads) + begins)
+                self.chunk[self.joins[-1]] = n
             self.travels.update(_travels_of(plan))
             self.beads += plan.beads
             self.travel_failures.update(plan.travel_failures)
 
     def plan(self) -> ChunkedPlan:
         """The plan of the part."""
-        home: list[FoundHomeTravels] = []
-        span, first, last = self.context.span, self.beads[0], self.beads[-1]
+        span, first, last, home = self.context.span, self.beads[0], self.beads[-1], self.ahead.home
 
         def search_travels() -> None:
             """While workers lead from chunk to chunk, which seldom changes the part's last bead."""
+            nonlocal home
             if not self.travel_failures and all(bead.whole for bead in self.beads):
-                home.append(search_home_travels(self.context, first, last))
+                home = search_home_travels(self.context, first, last)
 
-        befores = {k: self._before(k) for k in self.joins}
-        ends = [(befores[k], self.beads[k]) for k in self.joins]
         goes_home = span.start is not None or span.end is not None
-        found = self.workers.run(_joined, self.shared, ends, meanwhile=search_travels if goes_home else None)
+        befores = {k: self._before(k) for k in self.joins}
+        joins = {k: self.ahead.join_of(self.chunk[k], befores[k], self.beads[k]) for k in self.joins}
+        open_ = [k for k, join in joins.items() if join is None]
+        ends = [(befores[k], self.beads[k]) for k in open_]
+        aside = search_travels if goes_home and home is None else None
+        joins.update(zip(open_, self.workers.run(_joined, self.shared, ends, meanwhile=aside), strict=True))
         reduced = reduced_budget(self.context)
-        for k, join in zip(self.joins, found, strict=True):
+        for k, join in joins.items():
             # one that led on from another end is found once more
             self._continue_at(k, reduced, join if self._before(k) is befores[k] else None)
         if all(bead.whole for bead in self.beads):
             self._search_on()
         travels = tuple(self.travels[bead.first] for bead in self.beads if bead.first in self.travels)
         plan = PartPlan(tuple(self.beads), travels, dict(sorted(self.travel_failures.items())))
-        return ChunkedPlan(plan, home[0] if home else None)
+        return ChunkedPlan(plan, home, self.ahead)
 
     def _search_on(self) -> None:
         """Search travels that were not found with all attempts, as long as the part may be whole."""

@@ -1,31 +1,48 @@
 """A plan that holds, run in time and checked as it is run, chunk by chunk.
 
-    run = run_in_chunks(shared, chunks, plan, home)
+    run = run_in_chunks(shared, chunks, PlanToRun(plan, home))
     run.motion, run.failures, run.clearance
 
-Rows are put in where beads need them, corners are rounded, rows get their times, and what comes least is looked for. A
-part in one chunk is checked as a whole. Radians, metres, seconds.
+Each chunk is run (``cell.part_chunks.chunk_run``), where that has not been done ahead, and what comes least is looked
+for. A part in one chunk is checked as a whole. Radians, metres, seconds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..failure import Failure
 from ..motion.deposition_speed import too_slow
 from ..motion.motion import Motion
-from ..planning.assemble import RunBeads, TimedBeads, assemble, corners, timed
-from ..planning.edges.densify import densified
+from ..planning.assemble import RunBeads, assemble
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeTravels
 from ..processes.worker import Tick
 from ..progress import Progress, counted_progress
-from .chunked_plan import Shared
-from .chunking import Chunk, pool_for_chunks
-from .least_values import LeastValue, least_clearance, least_margin, least_of, least_sigma, nearest_sample, samples_of
+from .chunk_run import ChunkRun, run_chunk
+from .chunking import Chunk, Shared, pool_for_chunks
+from .least_values import LeastValue, RunSamples, least_clearance, least_of
+from .runs_ahead import RunsAhead
+
+LOOK_SHARE = 0.1  # of the time that it takes to run a chunk, to look how near it comes between samples, about
+
+
+@dataclass(frozen=True, eq=False)
+class PlanToRun:
+    """A plan that holds.
+
+    Attributes:
+        plan: in which every bead is whole and every travel found.
+        home: the ways from home and back.
+        ahead: chunks that have been run as they were planned; None where none has.
+    """
+
+    plan: PartPlan
+    home: HomeTravels | None
+    ahead: RunsAhead | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,24 +64,10 @@ class PartRun:
     sigma: float | None
 
 
-@dataclass(frozen=True, eq=False)
-class _ChunkRun:
-    """The same of a chunk; failures apart by what they were found by."""
-
-    rows: TimedBeads
-    row_failures: dict[int, Failure]
-    rounded: dict[int, Failure]
-    at_samples: LeastValue | None
-    on_the_way: LeastValue | None
-    singularity: LeastValue | None
-    sigma: float | None
-
-
 def run_in_chunks(
     shared: Shared,
     chunks: Sequence[Chunk],
-    plan: PartPlan,
-    home: HomeTravels | None,
+    planned: PlanToRun,
     progress: Progress | None = None,
     meanwhile: Callable[[], object] | None = None,
 ) -> PartRun:
@@ -73,8 +76,7 @@ def run_in_chunks(
     Args:
         shared: the part and what it was planned with.
         chunks: of the part.
-        plan: in which every bead is whole and every travel found.
-        home: the ways from home and back.
+        planned: what is run.
         progress: called with how far it is, where there are several chunks.
         meanwhile: what this process does first, while workers run chunks.
 
@@ -82,11 +84,16 @@ def run_in_chunks(
         What became of it.
     """
     job, context = shared.job, shared.context
+    plan, home, ahead = planned.plan, planned.home, planned.ahead
     runs = _runs(chunks, plan, home)
     known = _nearest_known(runs)
+    done = [None if ahead is None else ahead.run_of(k, run) for k, run in enumerate(runs)]
+    items = [(run if one is None else one.samples, known) for run, one in zip(runs, done, strict=True)]
     with counted_progress(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
-        sizes = [sum(len(stretch.q) for stretch in run.stretches) for run in runs]
-        found = pool_for_chunks(chunks).run(_run, shared, [(run, known) for run in runs], count, sizes, meanwhile)
+        rows = (sum(len(stretch.q) for stretch in run.stretches) for run in runs)
+        sizes = [n if one is None else LOOK_SHARE * n for n, one in zip(rows, done, strict=True)]
+        seen = pool_for_chunks(chunks).run(_run, shared, items, count, sizes, meanwhile)
+    found = [one for was, (new, _) in zip(done, seen, strict=True) if (one := was or new) is not None]
     from_home = home is not None and (home.out is not None or home.back is not None)
     motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
     failures: dict[int, Failure] = {}
@@ -96,7 +103,7 @@ def run_in_chunks(
         failures.update(one.rounded)
     if motion.held_speed is not None:
         failures.update(too_slow(motion.held_speed, job.case.process.least_speed_share))
-    near = [one.at_samples if failures else one.on_the_way for one in found]
+    near = [one.at_samples if failures else on_the_way for one, (_, on_the_way) in zip(found, seen, strict=True)]
     sigmas = [one.sigma for one in found if one.sigma is not None]
     return PartRun(
         motion=motion,
@@ -107,26 +114,17 @@ def run_in_chunks(
     )
 
 
-def _run(shared: Shared, item: tuple[RunBeads, float], tick: Tick) -> _ChunkRun:
-    """Run one chunk."""
-    (run, known), context = item, shared.context
-    stretches, row_failures = densified(context, run.stretches)
-    run = RunBeads(tuple(stretches), run.travels, run.before, run.home)
-    rounded = corners(shared.job, context, run)
-    rows = timed(shared.job, run)
-    samples = samples_of(context, run)
-    lost = samples is None or bool(row_failures) or bool(rounded)
-    found = _ChunkRun(
-        rows=rows,
-        row_failures=row_failures,
-        rounded=rounded,
-        at_samples=nearest_sample(context, samples),
-        on_the_way=None if lost or samples is None else least_clearance(context, samples, known),
-        singularity=least_margin(context, stretches),
-        sigma=least_sigma(context, stretches),
-    )
+def _run(
+    shared: Shared, item: tuple[RunBeads | RunSamples | None, float], tick: Tick
+) -> tuple[ChunkRun | None, LeastValue | None]:
+    """Run one chunk, if it has not been run, and look how near it comes on the way, if nothing is wrong with it."""
+    found, (samples, known) = None, item
+    if isinstance(samples, RunBeads):
+        found = run_chunk(shared, samples)
+        samples = found.samples
+    on_the_way = None if samples is None else least_clearance(shared.context, samples, known)
     tick()
-    return found
+    return None if found is None else replace(found, samples=None), on_the_way
 
 
 def _runs(chunks: Sequence[Chunk], plan: PartPlan, home: HomeTravels | None) -> list[RunBeads]:

@@ -1,4 +1,4 @@
-"""Where a large part is cut into chunks of whole beads: by a rule that knows the part and nothing else.
+"""Where a large part is cut into chunks of whole beads, by a rule that knows the part alone, and what they share.
 
 chunks = Chunking().chunks(job.targets, context.span)
 chunks[0].firsts, chunks[0].stop
@@ -7,15 +7,33 @@ chunks[0].firsts, chunks[0].stop
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slicing import Targets
 
-from ..job.job import LARGE_PART, LEAST_CHUNK, WORTH_A_START
-from ..planning.context import Span
+from ..job.job import LARGE_PART, LEAST_CHUNK, WORTH_A_START, Job
+from ..planning.context import Context, Span
 from ..processes.worker_pool import WorkerPool, pool
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """What every chunk needs.
+
+    Attributes:
+        job: the part.
+        context: what it is planned with.
+    """
+
+    job: Job
+    context: Context
+
+    @classmethod
+    def of(cls, job: Job, context: Context) -> Shared:
+        """Without what only reports ask for: it is sent to other processes."""
+        return cls(replace(job, sliced=(), beads=()), context)
 
 
 @dataclass(frozen=True)

@@ -51,11 +51,18 @@ def turned_to_chunk_before(context: Context, last: Stretch, plan: PartPlan) -> P
     Returns:
         The chunk, every configuration of it where it was but for whole turns.
     """
+    turn = turns_between(last, plan)
+    if not turn.any():
+        return plan
     chain, n = context.solver.chain, context.solver.chain.n
     q = np.concatenate([stretch.q for stretch in plan.stretches] + [way.q[:, :n] for way in plan.travels])
-    turn = 2 * np.pi * np.round((last.q_targets[-1] - plan.stretches[0].q_targets[0]) / (2 * np.pi))
     turn[(q.min(axis=0) + turn < chain.lower) | (q.max(axis=0) + turn > chain.upper)] = 0.0
     return _turned(plan, turn) if turn.any() else plan
+
+
+def turns_between(last: Stretch, plan: PartPlan) -> Floats:
+    """Whole turns that the arm's joints, after what was welded last, are off the beginning of a chunk, (j,), rad."""
+    return np.asarray(2 * np.pi * np.round((last.q_targets[-1] - plan.stretches[0].q_targets[0]) / (2 * np.pi)))
 
 
 def _turned(plan: PartPlan, turn: Floats) -> PartPlan:

@@ -23,8 +23,9 @@ from multiprocessing.process import BaseProcess
 from threading import Thread
 from typing import TypeVar
 
+from .critical_path import CriticalPath
 from .own_process import at_rest, may_fork, uninterrupted
-from .work_round import Work, WorkRound
+from .work_round import Aside, Task, Work, WorkRound
 from .worker import Tick, packed, work, work_on
 from .worker_link import END_S, WorkerGone, WorkerLink
 
@@ -43,8 +44,8 @@ class WorkerPool:
             processes: to share work out among, this one among them; with 1 it is all done in this one.
         """
         self.processes = processes
-        # s of processor time: of each round what the worker that had most to do had more to do than this process in it,
-        # together, but for what of its start this process had something else to do meanwhile
+        # s that this process would have waited for workers by the processor time of all (``CriticalPath``), but for
+        # what of their start it had something else to do meanwhile
         self.busiest = 0.0
         self.begun: float | None = None  # processor time of this process when the first worker began, s
         self._listener: Thread | None = None  # of the last round
@@ -60,7 +61,7 @@ class WorkerPool:
         items: Sequence[I],
         tick: Tick | None = None,
         sizes: Sequence[float] | None = None,
-        meanwhile: Callable[[], object] | None = None,
+        meanwhile: Callable[[], object] | Aside | None = None,
     ) -> list[R]:
         """Call a function for every item.
 
@@ -71,7 +72,8 @@ class WorkerPool:
             tick: called for every step of any of them.
             sizes: how long each takes, to any scale, where that is known: what takes longest is handed out first, of
                 items that take as long the last. Otherwise they are handed out in their order.
-            meanwhile: what this process does before it takes an item itself; it raises nothing.
+            meanwhile: what this process does before it takes an item itself; it raises nothing. An ``Aside`` may have
+                more to do where processes would wait.
 
         Returns:
             The results, in the order of the items.
@@ -88,14 +90,15 @@ class WorkerPool:
         self.get_ready(shared, count)
         order = range(len(items)) if sizes is None else sorted(range(len(items)), key=lambda k: (-sizes[k], -k))
 
-        def send(worker: WorkerLink, index: int) -> None:
+        def send(worker: WorkerLink, task: Task) -> None:
             self._give(worker)
-            worker.send(packed((index, function, items[index])))
+            worker.send(packed((task.key, task.function, task.item)))
 
-        begun, since = time.process_time(), self.begun or 0.0
-        one = WorkRound(Work(function, shared, items, order), self._workers, send, tick)
+        path = CriticalPath(time.process_time() - (self.begun or 0.0))
+        aside = meanwhile if isinstance(meanwhile, Aside) else _Meanwhile(meanwhile)
+        one = WorkRound(Work(function, shared, items, order, aside), self._workers, send, tick, path)
         try:
-            found = one.results(meanwhile)
+            return one.results()
         except WorkerGone as gone:
             error = gone.worker.why_gone()
             self.close(at_once=True)
@@ -106,11 +109,8 @@ class WorkerPool:
                 self.close(at_once=True)
             raise
         finally:
-            _worker_time.seconds += sum(one.spent.values())
-        here = time.process_time() - begun
-        most = max((one.spent[pipe] - min(one.started[pipe], begun - since) for pipe in one.spent), default=0.0)
-        self.busiest += max(most - here, 0.0)
-        return found
+            self.busiest += path.waited
+            _worker_time.seconds += one.spent
 
     def begin(self, count: int, module: str) -> None:
         """Have workers begin, and import what they will need, while there is something else to do here.
@@ -207,6 +207,16 @@ def _spawned(there: Connection) -> BaseProcess:
     process = get_context("spawn").Process(target=work, args=(there,), daemon=True)
     process.start()
     return process
+
+
+class _Meanwhile(Aside):
+    """Only what this process does before it takes an item."""
+
+    def __init__(self, meanwhile: Callable[[], object]) -> None:
+        self._meanwhile = meanwhile
+
+    def __call__(self) -> None:
+        self._meanwhile()
 
 
 def _nothing() -> None:

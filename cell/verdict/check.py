@@ -25,9 +25,9 @@ from ..failure import Contact, Failure, Kind
 from ..job.job import Job
 from ..job.overhang_check import unsupported_targets
 from ..motion.motion import Motion
-from ..part_chunks.chunked_plan import Shared, plan_in_chunks
-from ..part_chunks.chunked_run import PartRun, run_in_chunks
-from ..part_chunks.chunking import USUAL, Chunking
+from ..part_chunks.chunked_plan import plan_in_chunks
+from ..part_chunks.chunked_run import PartRun, PlanToRun, run_in_chunks
+from ..part_chunks.chunking import USUAL, Chunking, Shared
 from ..part_chunks.least_values import LeastValue, least_margin, least_sigma, nearest_sample, samples_of
 from ..planning.assemble import RunBeads
 from ..planning.blocking_layers import with_lockouts
@@ -145,7 +145,7 @@ def check_span(
     if blocked is not None:
         return SpanVerdict(tuple(failed(blocked, i) for i in range(span.first, span.stop)))
     chunks, shared = chunking.chunks(job.targets, span), Shared.of(job, context)
-    planned = plan_in_chunks(shared, chunks, progress, lambda: job.wires_in_metal)
+    planned = plan_in_chunks(shared, chunks, progress, lambda: not _failures_aside(job, gravity, span))
     plan, home = with_home(context, with_lockouts(job, context, planned.plan), planned.home)
     aside = _failures_aside(job, gravity, span)
     rows: dict[int, TargetVerdict] = {}
@@ -157,7 +157,7 @@ def check_span(
 
     run: PartRun | None = None
     if plan.whole and not aside:
-        run = run_in_chunks(shared, chunks, plan, home, progress, judge)
+        run = run_in_chunks(shared, chunks, PlanToRun(plan, home, planned.ahead), progress, judge)
         rows.update((i, failed(failure, i, rows[i].q)) for i, failure in run.failures.items() if i in rows)
     else:
         judge()

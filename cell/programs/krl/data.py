@@ -20,6 +20,7 @@ from ..controller import Controller
 from ..program import SourceLine
 from .bas import null_frame, run_bas
 from .expressions import Component, Element, Expression, Variable
+from .inner_calls import STANDARD, missing
 from .lexing import quoted, refuse
 from .moving import EXTERNAL, position_now
 from .sources import SHARED, Sources
@@ -308,10 +309,16 @@ class Data:
         }
 
     def function(self, name: str, arguments: tuple[Expression | None, ...]) -> Any:
-        """The value of EK, or of a function of the program's own."""
+        """The value of EK, or of a function of the program's own.
+
+        Raises:
+            InputError: it is missing and may move the arm.
+        """
         if name == "EK":
             return self._coupled([evaluate(one, self._run) for one in arguments if one is not None])
         if not self._run.calls_known(name):
+            if name not in STANDARD:
+                raise refuse(self._run.where, missing(name))
             return UnknownValue(f"function {quoted(name)} is not among the files")
         return self._run.call(name, arguments)
 

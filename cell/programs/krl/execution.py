@@ -20,6 +20,7 @@ from ..controller import Controller
 from ..program import SourceLine
 from .data import Data, VariableScope
 from .expressions import Component, Element, Expression, FunctionCall, Variable
+from .inner_calls import calls_of, missing
 from .lexing import quoted, refuse
 from .moving import move
 from .setting import HARMLESS, assign
@@ -131,13 +132,12 @@ class Execution:
         found = self._part(name)
         if found is None:
             if known or name in HARMLESS_CALLS:
+                for argument in arguments:
+                    for inner in calls_of(argument):
+                        self.function(inner.name, inner.arguments)
                 self.passing("calls of hooks" if known else "messages")
                 return UnknownValue(f"{name} is not among the files")
-            raise refuse(
-                self.where,
-                f"sub-program {quoted(name)} is missing: neither in this file nor as {quoted(name)}.src beside it; "
-                "if it moves nothing, controller.read.harmless of the case may say so",
-            )
+            raise refuse(self.where, missing(name))
         file, part = found
         if len(arguments) > len(part.parameters):
             raise refuse(self.where, f"{quoted(name)} takes {len(part.parameters)} values, not {len(arguments)}")
@@ -242,6 +242,12 @@ class Execution:
     def _do_refused(self, statement: Statement) -> None:
         raise refuse(self.where, statement.value)
 
+    def _do_inner(self, statement: Statement) -> None:
+        for name in statement.value:
+            if not self.calls_known(name):
+                raise refuse(self.where, missing(name))
+            raise refuse(self.where, f"calls function {quoted(name)} where it is not followed")
+
     def _do_continue(self, statement: Statement) -> None:
         self.state.continues = True
 
@@ -328,6 +334,8 @@ class Execution:
 
     def _moves_nothing(self, body: tuple[Statement, ...]) -> bool:
         for one in body:
+            if any(True for of in _expressions_of(one) for _ in calls_of(of)):
+                return False
             if one.op == "assign":
                 root = self.data.path(one.value[0])[0]
                 if root.startswith("$") and root not in HARMLESS:
@@ -401,3 +409,10 @@ class Execution:
                 return
         rounds = max(0, math.floor((end - start) / stride) + 1)
         self.data.set(name, (), start + rounds * stride)
+
+
+def _expressions_of(statement: Statement) -> tuple[Expression, ...]:
+    """The expressions of an assignment, a condition or a wait; of any other statement none."""
+    if statement.op == "assign":
+        return tuple(statement.value)
+    return (statement.value,) if statement.op in ("if", "while", "repeat", "wait") else ()

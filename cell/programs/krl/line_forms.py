@@ -26,6 +26,7 @@ from .expressions import (
     arguments,
     expression,
 )
+from .inner_calls import called_in
 from .lexing import quoted, refuse, tokens
 from .statements import Declaration, MotionStatement, Statement
 from .triggers import trigger_statements
@@ -55,6 +56,7 @@ PASSED = {  # what moves nothing, by its first word
     "ON_ERROR_PROCEED": "ON_ERROR_PROCEED",
     "CONFIRM": "CONFIRM",
 }
+EVALUATED = frozenset(("INTERRUPT", "PULSE", "ANOUT", "ANIN", "DIGIN", "CONST_VEL", "TIME_BLOCK"))  # hold values
 FOREIGN_INTERRUPTS = "interrupts whose sub-programs are not run"
 _MOVE = re.compile(r"(LIN|PTP|SLIN|SPTP|SPL)\s*\{([^{}\[\]\"';]*)\}\s*((?:C_[A-Z]+\s*){0,2})", re.IGNORECASE)
 _REAL = re.compile(r"[-+]?(?:\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:[eE][-+]?\d{1,3})?")
@@ -117,6 +119,8 @@ class LineForms:
         if word in MOTIONS:
             yield Statement("move", number, _motion(word, Cursor(tokens(text, where), where), spline))
             return
+        if word == "WAIT":
+            yield from _inner(text[len(word) :] if _waits_for(text) else "", number)
         if word in _SIMPLE:
             yield _SIMPLE[word](Cursor(tokens(text, where), where), number)
             return
@@ -133,8 +137,11 @@ class LineForms:
             yield from trigger_statements(text, where, event)
             return
         if word in PASSED:
+            declared = word == "INTERRUPT" and " DECL " in text.upper()
+            if word in EVALUATED and not declared:
+                yield from _inner(text[len(word) :], number)
             if event is None:
-                foreign = word == "INTERRUPT" and " DECL " in text.upper() and "IR_STOPM" not in text.upper()
+                foreign = declared and "IR_STOPM" not in text.upper()
                 yield _foreign(number) if foreign else Statement("pass", number, PASSED[word])
             return
         yield from _call_or_assignment(text, where, event is not None)
@@ -279,6 +286,18 @@ _SIMPLE: dict[str, Callable[[Cursor, int], Statement]] = {
 def _declares(text: str) -> bool:
     """Whether a line that starts with the name of a type declares: a name follows it."""
     return re.match(r"[A-Za-z0-9_$]+\s+[A-Za-z_$]", text) is not None
+
+
+def _waits_for(text: str) -> bool:
+    """Whether a WAIT waits for a condition, which is not followed."""
+    return re.match(r"WAIT\s+FOR\b", text, re.IGNORECASE) is not None
+
+
+def _inner(text: str, number: int) -> Iterator[Statement]:
+    """Functions that a line calls which is not followed."""
+    names = called_in(text)
+    if names:
+        yield Statement("inner", number, names)
 
 
 def _foreign(number: int) -> Statement:

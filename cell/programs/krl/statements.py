@@ -86,7 +86,8 @@ class Statement:
         op: move (MotionStatement), assign (target, value), call (FunctionCall, whether it may be missing), event
             (Happening), declare (Declarations), if (condition), for (variable, from, to, step), while, repeat
             (condition), loop, switch (value, cases), exit, return (value or None), wait (seconds), stop (a word
-            that ends the advance run), continue, spline (settings), refused (a text), pass (a kind).
+            that ends the advance run), inner (names of functions called in a line that is passed over), continue,
+            spline (settings), refused (a text), pass (a kind).
         line: from 1.
         value: see op.
         body: of blocks.

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 
 from ..program import EventKind, SourceLine
 from .expressions import Constant, Variable
+from .inner_calls import called_in
 from .lexing import quoted, refuse
 from .setting import HARMLESS
 from .statements import RecognisedEvent, Statement
@@ -56,6 +57,9 @@ def trigger_statements(text: str, where: SourceLine, event: RecognisedEvent | No
     if found is None:
         raise refuse(where, f"TRIGGER with an unknown statement: {quoted(text)}")
     name, sign = found.group(1).upper(), found.group(2)
+    inner = called_in(done_by(text)) if sign == "=" or name == "PULSE" else ()
+    if inner:
+        yield Statement("doubt", number, (CALLS, f"a TRIGGER calls {quoted(inner[0])}, which is not run"))
     if name == "PULSE" or (sign == "=" and name in HARMLESS):
         yield Statement("pass", number, PASSED)
     elif sign == "(":

@@ -297,11 +297,12 @@ _FUNCTIONS: dict[str, Callable[..., float]] = {
     "ACOS": lambda x: math.degrees(math.acos(x)) if abs(x) <= 1 else math.nan,
     "ATAN2": lambda y, x: math.degrees(math.atan2(y, x)) % 360,
 }
+BUILT_IN = frozenset((*_FUNCTIONS, "INV_POS"))  # functions whose values are worked out here
 
 
 def _call(of: FunctionCall, scope: Scope) -> Any:
     function = _FUNCTIONS.get(of.name)
-    if function is None and of.name != "INV_POS":
+    if of.name not in BUILT_IN:
         return scope.function(of.name, of.arguments)
     values = [evaluate(argument, scope) for argument in of.arguments if argument is not None]
     if len(values) != (2 if of.name == "ATAN2" else 1):

@@ -137,6 +137,36 @@ def test_streams_that_are_closed_from_the_start() -> None:
     assert subprocess.run(["sh", "-c", command], cwd=root, check=False).returncode == 2
 
 
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ["check", ""],
+        ["check", "CASE", "--motion-in", ""],
+        ["check", "CASE", "--program", ""],
+        ["compare", ""],
+        ["export", "", "--csv", "points.csv"],
+        ["replay", "", "--picture", "cell.png"],
+        ["scene", ""],
+        ["slice", ""],
+        ["sweep", "", "--e1", "90", "--e2", "180"],
+    ],
+)
+def test_an_empty_argument_is_no_verdict_on_something_else(
+    argv: list[str],
+    cases: dict[int, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code = main([cases[0] if arg == "CASE" else arg for arg in argv])
+    out, err = capsys.readouterr()
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert "is empty" in err
+    assert not {"points.csv", "cell.png"} & {path.name for path in tmp_path.iterdir()}
+
+
 def test_a_part_that_is_refused_is_one_line(tmp_path: Path) -> None:
     """Solids that an error's frames still hold when the process ends would be told of by the library they are of."""
     trimesh.creation.cylinder(50, 20, sections=64).export(tmp_path / "disc.stl")

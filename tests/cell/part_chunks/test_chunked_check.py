@@ -12,9 +12,10 @@ from support.jobs.layered_boss import WALL, context_of, found_in, layered_job, m
 
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
-from cell.part_chunks.chunked_plan import Shared, plan_in_chunks
-from cell.part_chunks.chunking import USUAL, Chunking
+from cell.part_chunks.chunked_plan import plan_in_chunks
+from cell.part_chunks.chunking import USUAL, Chunking, Shared
 from cell.planning.part_plan import plan_part
+from cell.processes.work_round import Aside
 from cell.processes.worker import Tick
 from cell.processes.worker_pool import WorkerPool
 from cell.verdict.check import SpanVerdict
@@ -82,7 +83,7 @@ class Posted(WorkerPool):
         items: Any,
         tick: Tick | None = None,
         sizes: Sequence[float] | None = None,
-        meanwhile: Callable[[], object] | None = None,
+        meanwhile: Callable[[], object] | Aside | None = None,
     ) -> list[Any]:
         there = pickle.loads(pickle.dumps(shared))
         if meanwhile is not None:

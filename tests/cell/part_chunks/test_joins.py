@@ -10,7 +10,8 @@ from support.jobs.layered_boss import context_of, layered_job
 
 from cell.failure import ON_TRAVEL, Failure, Kind
 from cell.job.job import Job
-from cell.part_chunks.chunked_plan import Shared, join_chunks
+from cell.part_chunks.chunked_plan import join_chunks
+from cell.part_chunks.chunking import Shared
 from cell.part_chunks.joins import join_to, turned_to_chunk_before
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.context import Context

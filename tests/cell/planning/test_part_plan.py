@@ -10,8 +10,8 @@ import pytest
 from support.jobs.layered_boss import context_of, layered_job
 
 from cell.job.job import Job
-from cell.part_chunks.chunked_plan import Shared, plan_in_chunks
-from cell.part_chunks.chunking import Chunking
+from cell.part_chunks.chunked_plan import plan_in_chunks
+from cell.part_chunks.chunking import Chunking, Shared
 from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.beads_ahead import BeadsAhead

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ from cell.case.read import load_case
 from cell.errors import InputError, WorkerKilledError
 from cell.job.job import prepare
 from cell.processes.own_process import ENDING, at_rest, may_fork
-from cell.processes.work_round import WorkerTraceback, WorkRound
+from cell.processes.work_round import Aside, Task, WorkerTraceback, WorkRound
 from cell.processes.worker import Tick, _heard
 from cell.processes.worker_pool import WorkerPool, cores, pool, processor_time, working
 from cell.progress import phase, watched
@@ -243,14 +243,14 @@ def test_an_error_tells_its_place_wherever_it_came_up(two: WorkerPool) -> None:
 def test_what_takes_longest_is_handed_out_first_and_of_what_takes_as_long_the_last(
     two: WorkerPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sent: list[int] = []
+    sent: list[Any] = []
     take = WorkRound._next
 
-    def noted(self: WorkRound) -> int | None:
-        index = take(self)
-        if index is not None:
-            sent.append(index)
-        return index
+    def noted(self: WorkRound) -> Task | None:
+        task = take(self)
+        if task is not None:
+            sent.append(task.key)
+        return task
 
     monkeypatch.setattr(WorkRound, "_next", noted)
     found = two.run(powered, 2.0, [0, 1, 2, 3, 4, 5], sizes=[1, 3, 2, 3, 4, 1])
@@ -481,3 +481,74 @@ def test_processes_of_a_large_part_begin_while_its_cell_is_composed(
     with pytest.raises(ZeroDivisionError):
         prepare(load_case(DEFAULT_CASE))
     assert begun == [(14, "cell.part_chunks.chunked_run"), (0, "composed")][not early :]
+
+
+class Beside(Aside):
+    """Puts items in late, and has tasks made from what is found."""
+
+    early = 1
+
+    def __init__(self, items: list[float], late: list[float], first_s: float = 0.0) -> None:
+        """What takes ``first_s`` before the late items are there."""
+        self.items, self.late, self.first_s = items, late, first_s
+        self.given: set[int] = set()
+        self.results: dict[Any, Any] = {}
+        self.seen_early: list[bool] = []
+
+    def __call__(self) -> None:
+        time.sleep(self.first_s)
+        self.seen_early = [item < 0 for item in self.items]
+        self.items[:] = self.late
+
+    def next_task(self, found: Sequence[Any]) -> Task | None:
+        for k, one in enumerate(found):
+            if one is not None and k not in self.given:
+                self.given.add(k)
+                return Task(f"aside {k}", powered_aside, (k, one[1]), (k,))
+        return None
+
+    def done(self, task: Task, result: Any) -> None:
+        self.results[task.key] = result
+
+
+def powered_aside(shared: float, item: tuple[int, float], _: Tick) -> float:
+    """Fails on the third."""
+    time.sleep(0.05)
+    if item[0] == 2:
+        raise InputError("the third")
+    return shared + item[1]
+
+
+@pytest.mark.slow
+def test_what_is_done_aside_is_made_from_what_is_found_and_its_errors_are_left_aside(two: WorkerPool) -> None:
+    for mine in (two, WorkerPool(1)):
+        items: list[float] = [1, -1, -1, -1]
+        beside = Beside(items, [1, 2, 3, 4], 0.3)
+        found = mine.run(powered, 2.0, items, None, [9, 1, 1, 1], beside)  # type: ignore[arg-type]
+        assert [value for _, value in found] == [2.0, 4.0, 8.0, 16.0]
+        # no item was taken before it was there
+        assert beside.seen_early == [False, True, True, True]
+        # where nobody waits nothing is done aside
+        assert beside.results == ({"aside 0": 4.0, "aside 1": 6.0, "aside 3": 18.0} if mine is two else {})
+    assert not [thread for thread in threading.enumerate() if thread.name == "listens to workers"]
+
+
+@pytest.mark.slow
+def test_nothing_is_done_aside_once_an_item_has_failed(two: WorkerPool) -> None:
+    beside = Beside([], [])
+    beside.early = None
+    with pytest.raises(InputError, match="the first that fails"):
+        two.run(fails, None, [0, 1, 2, 3, 4], meanwhile=beside)
+    assert not beside.results
+
+
+@pytest.mark.slow
+def test_a_worker_begins_with_what_is_there(two: WorkerPool) -> None:
+    two.run(stands_still, 0.0, [0.0] * 2)
+    begun = time.monotonic()
+    items = [1.0, 0.0]
+    beside = Beside(items, [1.0, 0.0], 1.0)
+    beside.given = {0, 1}
+    pids = two.run(stands_still, 0.0, items, None, [2, 1], beside)
+    assert pids[0] != os.getpid()
+    assert time.monotonic() - begun < 1.8
