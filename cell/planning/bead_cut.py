@@ -231,8 +231,8 @@ class _CutSearch:
             free = self._free(b, branch)
             blocked = self._between(a, b, branch)
             circular = self.context.window.is_full
-            come = sectors(blocked, out[-1], circular=circular)
-            out.append(free[np.isin(sectors(blocked, free, circular=circular), come)])
+            come = roll_sectors(blocked, out[-1], circular=circular)
+            out.append(free[np.isin(roll_sectors(blocked, free, circular=circular), come)])
         return out
 
     def refined(self, places: Sequence[int], branches: Iterable[int]) -> list[int] | None:
@@ -284,7 +284,7 @@ class _CutSearch:
         return ~allowed[branch, which]
 
 
-def sectors(blocked: Floats, roll: Floats, *, circular: bool) -> Ints:
+def roll_sectors(blocked: Floats, roll: Floats, *, circular: bool) -> Ints:
     """Between which of some blocked rolls other rolls are.
 
     Args:

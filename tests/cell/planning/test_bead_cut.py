@@ -15,7 +15,7 @@ from support.jobs.boss_motion import boss_case, job_of
 from cell.collision.clearances import Clearances
 from cell.job.job import Job
 from cell.planning import bead_plan, infeasible_part, part_plan
-from cell.planning.bead_cut import find_cut, sectors
+from cell.planning.bead_cut import find_cut, roll_sectors
 from cell.planning.bead_plan import plan_bead
 from cell.planning.context import Context
 from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone
@@ -135,12 +135,12 @@ def test_stretches_of_the_roll_far_from_one_another_cut_a_bead(boss):
 
 def test_rolls_before_the_first_blocked_one_and_behind_the_last_are_together_only_where_the_roll_is_free():
     blocked, roll = np.array([-2.0, 0.0, 2.0]), np.array([-3.0, -1.0, -0.5, 1.0, 3.0])
-    before, *between, behind = sectors(blocked, roll, circular=True)
+    before, *between, behind = roll_sectors(blocked, roll, circular=True)
     assert before == behind
     assert between[0] == between[1] != between[2]
     assert before not in between
-    assert len(set(sectors(blocked, roll, circular=False))) == 4
-    assert len(set(sectors(blocked[:0], roll, circular=True))) == 1
+    assert len(set(roll_sectors(blocked, roll, circular=False))) == 4
+    assert len(set(roll_sectors(blocked[:0], roll, circular=True))) == 1
 
 
 def test_a_roll_turns_through_the_half_turn_but_not_out_of_its_window(boss):
