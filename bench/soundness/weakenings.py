@@ -288,7 +288,7 @@ MUTANTS = (
     Mutant("cell/processes/own_process.py", '.split()[0] == "S"', '.split()[0] != "Z"', (CREW,)),
     Mutant("cell/processes/own_process.py", "            signal.signal(number, signal.SIG_DFL)\n", "            pass\n", (CREW,)),
     Mutant("cell/processes/worker.py", "Context().run(work, pipe, shared)", "work(pipe, shared)", (CREW,)),
-    Mutant("cell/processes/work_round.py", "if error is not None:\n            self._left", "if False:\n            self._left", (CREW,)),
+    Mutant("cell/processes/work_round.py", "for k in self._left if k < error[0])", "for k in self._left if k < 0)", (CREW,)),
     Mutant("cell/processes/work_round.py", "Context().run(task.function, self.work.shared, ", "task.function(self.work.shared, ", (CREW,)),
     Mutant("cell/processes/work_round.py", "                self._ticks += 1\n", "                self.tick()\n", (CREW,)),
     Mutant("cell/processes/work_round.py", "if isinstance(index, int) and (self._error is None or ", "if (self._error is None or ", (CREW,)),
