@@ -15,6 +15,7 @@ ROUNDINGS = "cell/collision/test_blend_proofs.py"
 SHEETS = "cell/collision/test_blend_sheets.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
 STRAIGHT, METAL = "cell/planning/travels/test_straight_travels.py", "cell/job/test_wire_in_metal.py"
+HOME = "cell/planning/travels/test_home.py"
 COVERS = "cell/collision/proofs/test_laid_covers.py"
 GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
 # of a row that comes to lie too near: the steps beside it are reported all the same
@@ -183,6 +184,10 @@ MUTANTS = (
     Mutant("cell/planning/travels/straight_travels.py", "    good[of[found.distance < room]] = False\n", "", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "        good[of[k[step]]] = False\n", "", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "path if is_clear else None", "path", (STRAIGHT,)),
+    Mutant("cell/planning/beads_ahead.py", "if beads[0].whole and known.gap.start is beads[0].stretches[0]:", "if known.gap.start is not None:", (HOME,)),
+    Mutant("cell/planning/beads_ahead.py", "if beads[-1].whole and known.gap.end is beads[-1].stretches[0]:", "if known.gap.end is not None:", (HOME,)),
+    Mutant("cell/planning/travels/home.py", "path is not None and np.array_equal(path.q[row], stretch.axes[at])", "path is not None", (HOME,)),
+    Mutant("cell/planning/beads_ahead.py", "BeadGap(beads[-1].stretches[0], None, int(self._context.laid[span.stop - 1]))", "BeadGap(beads[-1].stretches[0], None, 0)", (HOME,)),
     Mutant("cell/planning/travels/straight_travels.py", "left[of[step[proved.kept < room]]] = True", "pass", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "np.append(-np.inf, kept[:-1])", "np.append(np.inf, kept[:-1])", (STRAIGHT,)),
     Mutant("cell/planning/travels/travel.py", "kept_on_steps(low, q, radius)", "np.append(low[:-1], -np.inf)", (STRAIGHT,)),
