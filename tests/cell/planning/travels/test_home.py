@@ -21,9 +21,11 @@ from cell.failure import ON_TRAVEL, Contact, Failure, Kind
 from cell.html.check_page import html_report
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
+from cell.planning import beads_ahead
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.part_plan import plan_part
 from cell.planning.travels import home as home_module
+from cell.planning.travels.straight_travels import BeadGap, straight_travels
 from cell.planning.travels.travel import TravelPath, travel
 from cell.report.check_document import report_document
 from cell.report.check_report import report_lines
@@ -86,7 +88,7 @@ def test_ways_found_beside_the_travels_are_those_that_are_searched_by_themselves
     assert asked == [True, False]
 
 
-def test_a_way_to_a_bead_that_has_changed_is_searched_again(folder: Path) -> None:
+def test_a_way_to_a_bead_that_has_changed_is_searched_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What leads to one stretch is not taken for another, wherever that begins."""
     job, context = setup_of(three_layers(folder, "changed"))
     firsts = np.flatnonzero(np.diff(job.targets.bead, prepend=-1)).tolist()
@@ -97,7 +99,15 @@ def test_a_way_to_a_bead_that_has_changed_is_searched_again(folder: Path) -> Non
         beads.append(bead)
         q_before = bead.stretches[0].q_targets[-1]
     assert ahead.home_travels(beads) == (None, None)
+    asked: list[BeadGap] = []
+    monkeypatch.setattr(
+        beads_ahead, "straight_travels", lambda of, gaps: asked.extend(gaps) or straight_travels(of, gaps)
+    )
     assert ahead.can_leave(None, beads[0])
+    # on the way back all of the part stands there
+    (laid_out,) = (gap.deposits_laid for gap in asked if gap.end is None)
+    (laid_back,) = (gap.deposits_laid for gap in asked if gap.start is None)
+    assert (laid_out, laid_back) == (0, job.scene.n_deposits)
     out, back = ahead.home_travels(beads)
     assert out is not None
     assert back is not None
