@@ -15,6 +15,7 @@ ROUNDINGS = "cell/collision/test_blend_proofs.py"
 SHEETS = "cell/collision/test_blend_sheets.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
 STRAIGHT, METAL = "cell/planning/travels/test_straight_travels.py", "cell/job/test_wire_in_metal.py"
+HOME = "cell/planning/travels/test_home.py"
 COVERS = "cell/collision/proofs/test_laid_covers.py"
 GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
 # of a row that comes to lie too near: the steps beside it are reported all the same
@@ -87,7 +88,9 @@ MUTANTS = (
     Mutant("cell/collision/proofs/laid_covers.py", "middle + grown * corners", "middle + corners", (COVERS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "        middle = points[mine].mean(axis=0)", "        middle = (points.min(axis=0) + points.max(axis=0)) / 2", (COVERS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "        beyond[mine] = np.inf\n", "", (COVERS,)),
-    Mutant("cell/collision/proofs/laid_covers.py", "        points.append(before.points)\n", "        points.append(before.points[:1])\n", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "np.concatenate([self.points, later])", "later", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "later = np.concatenate([self.later, points])", "later = points", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "np.concatenate([self.hull.points, self.later])", "self.hull.points", (COVERS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "_laid[k][number - 1]", "_laid[k][max(number - 2, 0)]", (COVERS,)),
     Mutant("cell/collision/proofs/covered_pairs.py", "gap -= links.reach(cover, tried)", "gap += links.reach(cover, -tried)", (COVERS,)),
     Mutant("cell/collision/proofs/covered_pairs.py", "far - size[:, None] - shape.size < need", "far - size[:, None] < need", (COVERS,)),
@@ -148,6 +151,7 @@ MUTANTS = (
     Mutant("cell/collision/checker.py", "            self._far = -1.0  # somebody", "            # somebody", ("cell/collision/test_model_copies.py",)),
     Mutant("cell/collision/checker.py", "np.multiply(self._hard, far / 2,", "np.multiply(self._hard, far / 4,", (DETECTION, "cell/collision/test_clearances.py")),
     Mutant("cell/collision/checker.py", "if far == self._far:", "if self._far >= 0:", ("cell/collision/test_clearances.py",)),
+    Mutant("cell/collision/checker.py", "if now != before:", "if before is None:", (DETECTION, "cell/collision/test_clearances.py")),
     Mutant("cell/collision/checker.py", "(scene.deposit_of_geom < deposits_laid)", "(scene.deposit_of_geom < deposits_laid - 1)", (DETECTION, "cell/collision/test_clearances.py")),
     Mutant("cell/collision/model_copies.py", "self.model: mujoco.MjModel = copy.copy(model)", "self.model: mujoco.MjModel = model", ("cell/collision/test_model_copies.py", "cell/collision/test_shared_scene.py")),
     Mutant("cell/collision/model_copies.py", "mine = spare.pop()", "mine = spare[-1]", ("cell/collision/test_model_copies.py", "cell/collision/test_shared_scene.py")),
@@ -183,11 +187,16 @@ MUTANTS = (
     Mutant("cell/planning/travels/straight_travels.py", "    good[of[found.distance < room]] = False\n", "", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "        good[of[k[step]]] = False\n", "", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "path if is_clear else None", "path", (STRAIGHT,)),
+    Mutant("cell/planning/beads_ahead.py", "if beads[0].whole and known.gap.start is beads[0].stretches[0]:", "if known.gap.start is not None:", (HOME,)),
+    Mutant("cell/planning/beads_ahead.py", "if beads[-1].whole and known.gap.end is beads[-1].stretches[0]:", "if known.gap.end is not None:", (HOME,)),
+    Mutant("cell/planning/travels/home.py", "path is not None and np.array_equal(path.q[row], stretch.axes[at])", "path is not None", (HOME,)),
+    Mutant("cell/planning/beads_ahead.py", "BeadGap(beads[-1].stretches[0], None, int(self._context.laid[span.stop - 1]))", "BeadGap(beads[-1].stretches[0], None, 0)", (HOME,)),
     Mutant("cell/planning/travels/straight_travels.py", "left[of[step[proved.kept < room]]] = True", "pass", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "np.append(-np.inf, kept[:-1])", "np.append(np.inf, kept[:-1])", (STRAIGHT,)),
     Mutant("cell/planning/travels/travel.py", "kept_on_steps(low, q, radius)", "np.append(low[:-1], -np.inf)", (STRAIGHT,)),
     Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "off <= OUTSIDE_MM", (METAL,)),
     Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "~away", (METAL,)),
+    Mutant("cell/job/wire_in_metal.py", "corners = support.radius_mm / np.cos(np.pi / SUPPORT_SIDES)", "corners = support.radius_mm", (METAL,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "clusters.laid, far), far, travel, within)", "clusters.laid, far), 2 * far, travel, within)", (PLANES,)),
     # slicing
     Mutant("slicing/volume/solid_flux.py", "/ 3", "/ 3.03", ("slicing/volume/test_solid_flux.py", "slicing/volume/test_layer_areas.py")),
@@ -299,10 +308,11 @@ MUTANTS = (
     Mutant("cell/processes/own_process.py", '.split()[0] == "S"', '.split()[0] != "Z"', (CREW,)),
     Mutant("cell/processes/own_process.py", "            signal.signal(number, signal.SIG_DFL)\n", "            pass\n", (CREW,)),
     Mutant("cell/processes/worker.py", "Context().run(work, pipe, shared)", "work(pipe, shared)", (CREW,)),
-    Mutant("cell/processes/work_round.py", "if error is None or k < error[0]", "if error is None", (CREW,)),
+    Mutant("cell/processes/work_round.py", "for k in self._left if k < error[0])", "for k in self._left if k < 0)", (CREW,)),
     Mutant("cell/processes/work_round.py", "Context().run(task.function, self.work.shared, ", "task.function(self.work.shared, ", (CREW,)),
     Mutant("cell/processes/work_round.py", "                self._ticks += 1\n", "                self.tick()\n", (CREW,)),
     Mutant("cell/processes/work_round.py", "if isinstance(index, int) and (self._error is None or ", "if (self._error is None or ", (CREW,)),
+    Mutant("cell/processes/work_round.py", "if here and work.aside.both_ends else", "if False else", (CREW,)),
     Mutant("cell/processes/work_round.py", "if self._over or held:", "if self._over:", (CREW,)),
     Mutant("cell/processes/critical_path.py", "self.waited += max(max(", "self.waited += min(max(", ("cell/processes/test_critical_path.py",)),
     Mutant("cell/part_chunks/runs_ahead.py", "        and _are_same(one.travels, other.travels)\n", "", (AHEAD,)),

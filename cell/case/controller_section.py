@@ -158,7 +158,9 @@ class ReadSection(Section):
     )
     layer_start: Patterns = Field([r"^;\s*layer[ :_]*(start[ :_]*)?(?P<layer>\d+)\s*$"], description="a layer begins")
     layer_end: Patterns = Field([r"^;\s*layer[ :_]*end[ :_]*(?P<layer>\d+)\s*$"], description="a layer ends")
-    harmless: Patterns = Field([r"^ArcMainNG\s*\("], description="statements that are known to move nothing")
+    harmless: Patterns = Field(
+        [r"^ArcMainNG\s*\((?![^;]*\w\s*\()"], description="statements that are known to move nothing"
+    )
     tool_data: dict[Number, FrameSection] = Field(
         default_factory=dict, description="TOOL_DATA[n]: frames in the flange"
     )

@@ -249,13 +249,14 @@ class Checker:
         self.asked.count += len(q)
         with lent(self.scene.model) as self._switched:
             self._far = -1.0  # somebody else has had the copy meanwhile
-            for laid in np.unique(deposits_laid):
-                self._lay(int(laid), arm_alone=True)
-                rows = np.flatnonzero(deposits_laid == laid)
-                rooms = repeat(self._room) if self._broad_phase is None else self._broad_phase.rooms(q[rows])
-                for i, room, _ in zip(rows.tolist(), rooms, self._put(q[rows]), strict=False):
-                    self._room = room
-                    yield i
+            order = np.argsort(deposits_laid, kind="stable")
+            some, laid, before = q[order], deposits_laid[order].tolist(), None
+            rooms = repeat(self._room) if self._broad_phase is None else self._broad_phase.rooms(some)
+            for i, now, room, _ in zip(order.tolist(), laid, rooms, self._put(some), strict=False):
+                if now != before:
+                    self._lay(before := now, arm_alone=True)
+                self._room = room
+                yield i
         if self._data.warning[mujoco.mjtWarning.mjWARN_CONTACTFULL].number:
             # pairs were left out: the nearest may be among them
             raise InputError(f"{self.scene.case.path}: more contacts at once than MuJoCo has room for")

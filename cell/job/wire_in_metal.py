@@ -38,6 +38,7 @@ LARGE_SIZE = 4.0  # times the usual size, from which on a piece is compared with
 FEW_PIECES = 64  # pieces, up to which all are compared with all wires
 CHUNK = 4096  # wires checked in one go
 NEIGHBOURS = 4  # targets for which one plane is looked for
+SUPPORT_SIDES = 96  # of the polygon about a support: its corners are 0.05 % of the radius further out
 OUTSIDE_MM = 1e-6  # outside a plane by more than this, so that rounding does not matter
 Planes = tuple[Floats, Floats]  # outward normals (p, 3) and offsets (p,) of a convex piece
 NOTE = "the wire runs through it between nozzle and bead, in any pose of the arm"
@@ -113,8 +114,9 @@ class Metal:
         pieces = dict(shape.hulls)
         support = case.support
         if support is not None:
-            turn = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
-            ring = support.radius_mm * np.column_stack([np.cos(turn), np.sin(turn)]) - case.part.position_mm[:2]
+            turn = np.linspace(0.0, 2 * np.pi, SUPPORT_SIDES, endpoint=False)
+            corners = support.radius_mm / np.cos(np.pi / SUPPORT_SIDES)  # so that all of the support is inside
+            ring = corners * np.column_stack([np.cos(turn), np.sin(turn)]) - case.part.position_mm[:2]
             top = -case.part.position_mm[2]
             heights = np.repeat([top - support.height_mm, top], len(ring))
             pieces["support"] = np.column_stack([np.tile(ring, (2, 1)), heights])

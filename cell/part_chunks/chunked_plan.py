@@ -14,8 +14,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ..failure import Failure
 from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import reduced_budget
@@ -53,6 +51,7 @@ class _BesidePlanning(Aside):
     """What is done beside the planning of chunks: where the arm comes from to each, and runs ahead."""
 
     early = 1  # a worker plans the first chunk before that is known of the others
+    both_ends = True  # what is laid by then is much the same in neighbours, and so are the covers of it
 
     def __init__(self, shared: Shared, chunks: Sequence[Chunk], meanwhile: Callable[[], object] | None) -> None:
         self.ahead, self._worth_it = RunsAhead(shared), False
@@ -67,8 +66,8 @@ class _BesidePlanning(Aside):
         self.runs[0] = replace(self.runs[0], known=known)
         self._worth_it = self._meanwhile is None or bool(self._meanwhile())
 
-    def next_task(self, found: Sequence[PlannedRun | None]) -> Task | None:
-        return self.ahead.next_task(found) if self._worth_it else None
+    def next_task(self, found: Sequence[PlannedRun | None], *, here: bool) -> Task | None:
+        return self.ahead.next_task(found, here=here) if self._worth_it else None
 
     def done(self, task: Task, result: object) -> None:
         self.ahead.done(task, result)
@@ -102,8 +101,7 @@ def plan_in_chunks(
     def planned(some: Sequence[BeadRun], count: Tick) -> list[PlannedRun]:
         if some is not beside.runs:
             return workers.run(_planned, shared, some, count, [run.targets_left for run in some])
-        sizes = [np.inf, *(run.targets_left for run in some[1:])]
-        return workers.run(_planned, shared, some, count, sizes, beside)
+        return workers.run(_planned, shared, some, count, None, beside)
 
     return join_chunks(shared, plan_runs(beside.runs, planned, progress), workers, beside.ahead)
 

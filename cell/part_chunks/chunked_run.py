@@ -20,14 +20,13 @@ from ..motion.motion import Motion
 from ..planning.assemble import RunBeads, assemble
 from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeTravels
+from ..processes.work_round import Aside
 from ..processes.worker import Tick
 from ..progress import Progress, counted_progress
 from .chunk_run import ChunkRun, run_chunk
 from .chunking import Chunk, Shared, pool_for_chunks
 from .least_values import LeastValue, RunSamples, least_clearance, least_of
 from .runs_ahead import RunsAhead
-
-LOOK_SHARE = 0.1  # of the time that it takes to run a chunk, to look how near it comes between samples, about
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,9 +89,7 @@ def run_in_chunks(
     done = [None if ahead is None else ahead.run_of(k, run) for k, run in enumerate(runs)]
     items = [(run if one is None else one.samples, known) for run, one in zip(runs, done, strict=True)]
     with counted_progress(progress if len(runs) > 1 else None, "chunks run", len(runs)) as count:
-        rows = (sum(len(stretch.q) for stretch in run.stretches) for run in runs)
-        sizes = [n if one is None else LOOK_SHARE * n for n, one in zip(rows, done, strict=True)]
-        seen = pool_for_chunks(chunks).run(_run, shared, items, count, sizes, meanwhile)
+        seen = pool_for_chunks(chunks).run(_run, shared, items, count, None, _BesideRuns(meanwhile))
     found = [one for was, (new, _) in zip(done, seen, strict=True) if (one := was or new) is not None]
     from_home = home is not None and (home.out is not None or home.back is not None)
     motion = assemble(job, context.checker.table, [one.rows for one in found], from_home=from_home)
@@ -112,6 +109,19 @@ def run_in_chunks(
         singularity=least_of(context, (one.singularity for one in found)),
         sigma=min(sigmas, default=None),
     )
+
+
+class _BesideRuns(Aside):
+    """What this process does before it runs a chunk; who planned neighbours runs them, or nearly so."""
+
+    both_ends = True
+
+    def __init__(self, meanwhile: Callable[[], object] | None) -> None:
+        self._meanwhile = meanwhile
+
+    def __call__(self) -> None:
+        if self._meanwhile is not None:
+            self._meanwhile()
 
 
 def _run(

@@ -1,7 +1,7 @@
 """Chunks that are run while others are still planned, by processes that would wait for them.
 
     ahead = RunsAhead(shared)
-    ahead.next_task(planned)              # as cell.processes.work_round.Aside; .done(task, result)
+    ahead.next_task(planned, here=True)   # as cell.processes.work_round.Aside; .done(task, result)
     ahead.join_of(k, before, bead)        # how the first bead of chunk k follows on what was welded before
     ahead.run_of(k, run)                  # what became of the chunk when it was run
 
@@ -45,11 +45,6 @@ class _PlannedChunk:
     plan: PartPlan
     home: HomeTravels | None
 
-    @property
-    def rows(self) -> int:
-        """Samples of its beads."""
-        return sum(len(stretch.q) for stretch in self.plan.stretches)
-
     def run(self, join: JoinedBead | None) -> RunBeads | None:
         """What is run if its first bead follows as it was planned; None where that does not."""
         ways, before = self.plan.travels, None
@@ -84,11 +79,12 @@ class RunsAhead:
         self._chunks: dict[int, _PlannedChunk] = {}  # that are run
         self._found: dict[int, _Ahead] = {}
 
-    def next_task(self, planned: Sequence[PlannedRun | None]) -> Task | None:
+    def next_task(self, planned: Sequence[PlannedRun | None], *, here: bool) -> Task | None:
         """What can be done by now.
 
         Args:
             planned: the chunks, in order; None of those that are not planned yet.
+            here: in this process, which begins with the last chunks; others begin with the first.
 
         Returns:
             It; None where nothing can be.
@@ -103,7 +99,7 @@ class RunsAhead:
         known = {k: chunk for k, chunk in found.items() if chunk is not None}
         if not known:
             return None
-        k = max(known, key=lambda k: known[k].rows)  # what takes longest goes first
+        k = max(known) if here else min(known)
         self._chunks[k] = known[k]
         at_end = [HOME] if self._goes_home and k in (0, n - 1) else []
         return Task(("run", k), _run_ahead, known[k], (*range(max(k - 1, 0), k + 1), *at_end))

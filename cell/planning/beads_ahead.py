@@ -12,7 +12,7 @@ that. So are travels that do not go straight.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -66,6 +66,8 @@ class BeadsAhead:
             stop: one past the last target of the last.
         """
         self._context = context
+        self._whole_span = firsts[:1] == (context.span.first,) and stop == context.span.stop
+        self._home: list[_KnownTravel] = []  # from the arm's home and back to it
         self._stops = dict(zip(firsts, [*firsts[1:], stop], strict=True))
         self._expected: dict[int, _ExpectedBead] = {}
         self._together: list[BeadPlan] = []  # beads between which travels have not been checked
@@ -123,6 +125,20 @@ class BeadsAhead:
             return None
         return known.path if known.gap.end is last and known.gap.start is bead.stretches[0] else None
 
+    def home_travels(self, beads: Sequence[BeadPlan]) -> tuple[TravelPath | None, TravelPath | None]:
+        """The ways from home to the first bead and from the last one back, where they are known: found beside travels.
+
+        Args:
+            beads: all of the run as they are planned; a way to or from a stretch that is none of theirs does not count.
+        """
+        out = back = None
+        for known in self._home:
+            if beads[0].whole and known.gap.start is beads[0].stretches[0]:
+                out = known.path
+            if beads[-1].whole and known.gap.end is beads[-1].stretches[0]:
+                back = known.path
+        return out, back
+
     def _find_travels(self, last: Stretch | None, bead: BeadPlan) -> None:
         """The travels between beads that were searched together, and to the first of them, where that has come."""
         if not self._together or self._together[0] is not bead:
@@ -130,10 +146,22 @@ class BeadsAhead:
         ends = [last, *(plan.stretches[0] for plan in self._together)]
         laid = self._context.laid
         gaps = [BeadGap(a, b, int(laid[a.stop - 1])) for a, b in pairwise(ends) if a is not None and b is not None]
+        gaps += self._home_gaps()
         self._together = []
         for gap, path in zip(gaps, straight_travels(self._context, gaps), strict=True):
-            if path is not None:
+            if path is not None and gap.end is not None and gap.start is not None:
                 self._travels[gap.start.first] = _KnownTravel(gap, path)
+            elif path is not None:
+                self._home.append(_KnownTravel(gap, path))
+
+    def _home_gaps(self) -> list[BeadGap]:
+        """Between the arm's home and beads that were searched together, where they are all of a span."""
+        span, beads, gaps = self._context.span, self._together, []
+        if self._whole_span and span.start is not None and beads[0].first == span.first:
+            gaps.append(BeadGap(None, beads[0].stretches[0], self._context.begun))
+        if self._whole_span and span.end is not None and beads[-1].stop == span.stop:
+            gaps.append(BeadGap(beads[-1].stretches[0], None, int(self._context.laid[span.stop - 1])))
+        return gaps
 
     def failed_search(self, first: int, q_before: Floats | None) -> StationSearch | None:
         """The quick search of a bead that found no way, which need not be done again.

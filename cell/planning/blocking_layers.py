@@ -89,7 +89,7 @@ def with_lockouts(job: Job, context: Context, plan: PartPlan) -> PartPlan:
             found, known = _blame(job, context, layers, target, deposits_laid, _travel_trial(plan, target), known)
             if found:
                 travel_failures[target] = replace(travel_failures[target], locked_by=layers.named(known))
-    return PartPlan(tuple(beads), plan.travels, travel_failures)
+    return replace(plan, beads=tuple(beads), travel_failures=travel_failures)
 
 
 def _collided(bead: BeadPlan) -> set[int]:

@@ -28,6 +28,8 @@ from .edges.edge_check import Stretch
 from .infeasible_part import DoubtfulBead, InfeasiblePartJudge, Judged, first_cut_of, lost_bead
 from .travels.travel import TravelPath, travel
 
+HomePaths = tuple[TravelPath | None, TravelPath | None]  # from home to the first bead, and from the last one back
+
 
 @dataclass(frozen=True, eq=False)
 class PartPlan:
@@ -37,11 +39,14 @@ class PartPlan:
         beads: in order.
         travels: to each whole bead from the one before.
         travel_failures: failures of travels, by the target that begins a bead to which none leads.
+        home: straight ways from home to the first bead and from the last one back, where they were found beside the
+            travels.
     """
 
     beads: tuple[BeadPlan, ...]
     travels: tuple[TravelPath, ...]
     travel_failures: dict[int, Failure]
+    home: HomePaths = (None, None)
 
     @property
     def whole(self) -> bool:
@@ -276,7 +281,8 @@ class _RunSearch:
         return PlannedRun(self._plan(), self.judge.lost, self.postponed, tuple(self.judge.doubtful))
 
     def _plan(self) -> PartPlan:
-        return PartPlan(tuple(self.beads), tuple(self.travels), dict(self.travel_failures))
+        home = self.ahead.home_travels(self.beads) if self.beads else (None, None)
+        return PartPlan(tuple(self.beads), tuple(self.travels), dict(self.travel_failures), home)
 
     def _bead(self, first: int, stop: int, last: Stretch | None) -> BeadPlan | None:
         """A bead; None: it is postponed."""

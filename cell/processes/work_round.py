@@ -10,6 +10,7 @@ Where no item is left, an :class:`Aside` may have something else to do with the 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from contextvars import Context, copy_context
 from dataclasses import dataclass
@@ -61,20 +62,24 @@ class Aside:
     Attributes:
         early: how many items, of those handed out first, are there before it has been called; None: all. The call may
             put the others into the list of items.
+        both_ends: whether workers take items from the first on and this process from the last: neighbours are done by
+            one process then, which has worked out what they have in common.
     """
 
     early: int | None = None
+    both_ends: bool = False
 
     def __call__(self) -> None:
         """Do what comes before this process takes an item; raises nothing."""
 
-    def next_task(self, found: Sequence[Any]) -> Task | None:
+    def next_task(self, found: Sequence[Any], *, here: bool) -> Task | None:
         """What a process may do that would wait for others; called once all items are handed out.
 
         Whatever such a task raises is left aside, and there is no result of it.
 
         Args:
             found: the results of the items, None where there is none yet.
+            here: it is for this process.
 
         Returns:
             A task that has not been given out; None where there is none by now.
@@ -128,7 +133,7 @@ class WorkRound:
         self.found: list[Any] = [None] * len(work.items)
         self.spent = 0.0  # processor time of all workers, s
         self.listener: threading.Thread | None = None
-        self._left, self._handed_out = iter(work.order), 0
+        self._left, self._handed_out = deque(work.order), 0
         self._held = work.aside.early is not None  # only the early items are there
         self._over = False  # nothing more is handed out
         self._busy: dict[Connection, tuple[WorkerLink, Task]] = {}
@@ -216,7 +221,7 @@ class WorkRound:
         while True:
             self._tell()
             with self._news:
-                task = self._next()
+                task = self._next(here=True)
                 if task is not None:
                     self.path.wait_for(task.after)
                     return task
@@ -225,15 +230,17 @@ class WorkRound:
                 if not self._ticks and self._broken is None:
                     self._news.wait(LOOK_S)
 
-    def _next(self) -> Task | None:
-        """The next task that matters, as far as there is one by now."""
+    def _next(self, *, here: bool) -> Task | None:
+        """The next task that matters, as far as there is one by now, for this process or a worker."""
         work, error = self.work, self._error
+        if error is not None:
+            self._left = deque(k for k in self._left if k < error[0])
         held = self._held and self._handed_out >= (work.aside.early or 0)
         if self._over or held:
             return None
-        index = next((k for k in self._left if error is None or k < error[0]), None)
-        if index is None:
-            return work.aside.next_task(self.found) if error is None else None
+        if not self._left:
+            return work.aside.next_task(self.found, here=here) if error is None else None
+        index = self._left.pop() if here and work.aside.both_ends else self._left.popleft()
         self._handed_out += 1
         return Task(index, work.function, work.items[index], self._after())
 
@@ -254,7 +261,7 @@ class WorkRound:
 
     def _hand_out(self, worker: WorkerLink) -> None:
         with self._news:
-            task = self._next()
+            task = self._next(here=False)
             if task is None:
                 self._idle.append(worker)
                 return

@@ -59,7 +59,7 @@ def _maybe_near(
     found: list[tuple[Ints, Ints, Ints, Floats]] = []
     for laid in np.unique(clusters.laid).tolist():
         mine = np.flatnonzero(clusters.laid == laid)
-        axes, place = (each[..., joint, :].take(clusters.at[mine], axis=-1) for each in (poses.axes, poses.place))
+        axes, place = (each.take(clusters.at[mine], axis=-1)[..., joint, :] for each in (poses.axes, poses.place))
         centre = np.einsum("cxgk,gc->xgk", axes, middle) + place
         for cover in links.covers.ids(laid):
             shape = links.shape(cover)

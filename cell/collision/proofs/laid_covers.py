@@ -6,7 +6,8 @@
 
 A part that grows is below the torch nearly everywhere: a plane that keeps the torch apart from the hull of all its
 pieces keeps it apart from each. Where the torch dips into a hollow of the part no such plane is found, and the pieces
-are taken one by one. Metres.
+are taken one by one. To find the few corners that hold all others takes as long as thousands of directions, and a layer
+is asked about in some hundred: so a layer's points are held as they are until there are many. Metres.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -31,7 +33,9 @@ ENOUGH, MOST_GROWN = 1e-3, 0.01  # share by which a cover may be larger; and mor
 SAME, ROUNDING = 1e-9, 1e-6  # share by which points may be beyond a hull that holds them; and a cover thicker for that
 LEAST_DEEP = 1e-9  # m from a hull's middle to its faces
 TOGETHER = 500  # points that are weighed at once: their products with all faces stay in the cache
+MOST_LATER = 1500  # points that are held beside a cover as they are, before one of all is made: that costs far more
 Z = np.array([0.0, 0.0, 1.0])
+NO_POINTS = np.zeros((0, 3))
 
 
 class LaidCovers:
@@ -102,15 +106,31 @@ def covers_of(scene: Scene, table: tuple[float, float], geoms: Ints) -> LaidCove
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """A convex shape of few corners that holds many points.
+    """A convex shape of few corners that holds many points, and those that came later as they are.
 
     Attributes:
-        shape: it.
+        hull: holds the many.
         points: of the many those that are on their hull or near it, (k, 3), m: the hull of these holds all others.
+        later: points that came later, (l, 3), m.
     """
 
-    shape: ConvexShape
+    hull: ConvexShape
     points: Floats
+    later: Floats
+
+    @cached_property
+    def shape(self) -> ConvexShape:
+        """What holds all of them."""
+        if not len(self.later):
+            return self.hull
+        return ConvexShape(np.concatenate([self.hull.points, self.later]), self.hull.ball, Z, 0.0)
+
+    def with_points(self, points: Floats) -> Cover:
+        """The cover of other points too, (m, 3), m."""
+        later = np.concatenate([self.later, points])
+        if len(later) <= MOST_LATER:
+            return Cover(self.hull, self.points, later)
+        return Cover.of(np.concatenate([self.points, later]))
 
     @classmethod
     def of(cls, points: Floats) -> Cover:
@@ -129,10 +149,10 @@ class Cover:
                 break
             mine = np.union1d(mine, furthest[along > 1.0 + ENOUGH])
         if grown > 1.0 + MOST_GROWN:  # flat, or nearly so: all of them
-            return cls(ConvexShape(points, 0.0, Z, 0.0), points)
+            return cls(ConvexShape(points, 0.0, Z, 0.0), points, NO_POINTS)
         beyond[mine] = np.inf
         thicker = ROUNDING * float(np.linalg.norm(off, axis=1).max())
-        return cls(ConvexShape(middle + grown * corners, thicker, Z, 0.0), points[beyond > 1.0 + SAME])
+        return cls(ConvexShape(middle + grown * corners, thicker, Z, 0.0), points[beyond > 1.0 + SAME], NO_POINTS)
 
 
 def _furthest(off: Floats) -> Ints:
@@ -165,7 +185,5 @@ def _next(pieces: list[ConvexShape], before: Cover | None) -> Cover:
         raise ValueError("a deposit that is more than the hull of its points")
     if before is not None and not pieces:
         return before
-    points = [piece.points for piece in pieces]
-    if before is not None:
-        points.append(before.points)
-    return Cover.of(np.concatenate(points))
+    points = np.concatenate([piece.points for piece in pieces])
+    return Cover.of(points) if before is None else before.with_points(points)

@@ -20,7 +20,7 @@ from ..bead_outcome import BeadPlan
 from ..bead_plan import BEGINNINGS, REDUCED, searched_again
 from ..context import Context
 from ..edges.edge_check import Stretch
-from ..part_plan import PartPlan
+from ..part_plan import HomePaths, PartPlan
 from ..station_search import Ends
 from .travel import TravelPath, travel, turned_to_travel_end
 
@@ -72,13 +72,19 @@ class FoundHomeTravels:
     back: TravelPath | Failure | None
 
 
-def search_home_travels(context: Context, first: BeadPlan, last: BeadPlan) -> FoundHomeTravels:
+def search_home_travels(
+    context: Context,
+    first: BeadPlan,
+    last: BeadPlan,
+    known: HomePaths = (None, None),
+) -> FoundHomeTravels:
     """Search the ways from home to a bead and from a bead back.
 
     Args:
         context: what the beads were planned with.
         first: the first of its span.
         last: the last.
+        known: ways that count where they lead to where the first bead begins, and from where the last one ends.
     """
     start, end = context.span.start, context.span.end
     laid = int(context.laid[last.stop - 1])
@@ -86,9 +92,9 @@ def search_home_travels(context: Context, first: BeadPlan, last: BeadPlan) -> Fo
     out: TravelPath | Failure | None = at_home[0]
     back: TravelPath | Failure | None = at_home[1]
     if out is None and first.whole and start is not None:
-        out = _way(context, None, first.stretches[0])
+        out = _leads(known[0], -1, first.stretches[0], 0) or _way(context, None, first.stretches[0])
     if back is None and last.whole and end is not None:
-        back = _way(context, last.stretches[0], None)
+        back = _leads(known[1], 0, last.stretches[0], -1) or _way(context, last.stretches[0], None)
     return FoundHomeTravels(first, last, at_home, out, back)
 
 
@@ -101,6 +107,11 @@ def _home_itself(context: Context, home: Floats | None, deposits_laid: int, targ
     if found.distance[0] >= context.settings.clearance:
         return None
     return context.describe(found, 0, FailurePlace(Where.TRAVEL, at_home=True))
+
+
+def _leads(path: TravelPath | None, row: int, stretch: Stretch, at: int) -> TravelPath | None:
+    """A way, where its first or last row is that end of a stretch."""
+    return path if path is not None and np.array_equal(path.q[row], stretch.axes[at]) else None
 
 
 def _way(context: Context, end: Stretch | None, start: Stretch | None) -> TravelPath | Failure:
@@ -130,7 +141,7 @@ def with_home(
         context = replace(context, settings=replace(context.settings, travel_attempts=few))
     elif known is not None and known.first is first and known.last is last:
         return _Home(context, plan, known).planned()
-    return _Home(context, plan, search_home_travels(context, first, last)).planned()
+    return _Home(context, plan, search_home_travels(context, first, last, plan.home)).planned()
 
 
 class _Home:

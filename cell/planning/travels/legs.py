@@ -67,6 +67,31 @@ def retract_legs(context: Context, ends: Sequence[tuple[Stretch, int]], distance
     return [replace(leg, q=axes(leg.q, np.full(len(leg.q), i))) for leg, i in zip(legs, target.tolist(), strict=True)]
 
 
+def end_legs(context: Context, end: Stretch | None, start: Stretch | None, distance: float) -> tuple[Leg, Leg]:
+    """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of.
+
+    Args:
+        context: what the beads were planned with.
+        end: what is welded last; None where the arm comes from its home.
+        start: what is welded next; None where it goes home.
+        distance: how far out, m.
+    """
+    ends = [(end, -1), (start, 0)]
+    legs = iter(retract_legs(context, [(bead, at) for bead, at in ends if bead is not None], distance))
+    leave, arrive = (_at_home(context, end, start) if bead is None else next(legs) for bead, _ in ends)
+    return leave, arrive
+
+
+def _at_home(context: Context, end: Stretch | None, start: Stretch | None) -> Leg:
+    """The arm where it comes from or goes to, the table as at the bead."""
+    span, rest = context.span, context.checker.scene.home
+    if end is None:
+        home, target = span.start, 0 if start is None else start.first
+    else:
+        home, target = span.end, end.stop - 1
+    return Leg(context.placed.axes((rest if home is None else home)[None], np.array([target])))
+
+
 def _stopped(context: Context, stretch: Stretch, at: int, distance: float) -> Leg:
     """A way out followed from the bead on, as far as limits and reach allow."""
     i = stretch.first if at == 0 else stretch.stop - 1

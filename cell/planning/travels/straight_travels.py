@@ -2,6 +2,8 @@
 
     ways = straight_travels(context, [BeadGap(end, start, deposits_laid)])     # None: it takes ``travel``
 
+From home and back are such gaps too: ``end`` or ``start`` is None.
+
 Each is the way that ``travel`` tries first: out along the normal as far as the case asks for, straight across, and in
 again. It counts where all of it is free with room, as there. Metres, radians.
 """
@@ -24,7 +26,7 @@ from ...collision.proofs.plane_proofs import proofs_of
 from ..context import Context
 from ..edges.blended_check import free_travels
 from ..edges.edge_check import Stretch
-from .legs import retract_legs
+from .legs import end_legs, retract_legs
 from .rrt_connect import sampled
 from .travel import TravelPath
 
@@ -34,16 +36,16 @@ WIRE_ROOM = 1e-9  # m: a wire that comes nearer to something is left to ``travel
 
 @dataclass(frozen=True, eq=False)
 class BeadGap:
-    """Two beads that follow one another.
+    """Two beads that follow one another, or a bead and the arm's home.
 
     Attributes:
-        end: what is welded last.
-        start: what is welded next.
+        end: what is welded last; None where the arm comes from its home.
+        start: what is welded next; None where it goes home.
         deposits_laid: deposits laid by then.
     """
 
-    end: Stretch
-    start: Stretch
+    end: Stretch | None
+    start: Stretch | None
     deposits_laid: int
 
 
@@ -91,11 +93,13 @@ def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelPa
 
 def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
     """The straight ways of gaps that the arm can follow."""
-    ends = [end for gap in gaps for end in ((gap.end, -1), (gap.start, 0))]
-    legs = retract_legs(context, ends, context.settings.retract)
+    between = [k for k, gap in enumerate(gaps) if gap.end is not None and gap.start is not None]
+    ends = [end for k in between for end in ((gaps[k].end, -1), (gaps[k].start, 0))]
+    legs = retract_legs(context, [(bead, at) for bead, at in ends if bead is not None], context.settings.retract)
+    known = dict(zip(between, zip(legs[::2], legs[1::2], strict=True), strict=True))
     routes: list[_Route] = []
     for k, gap in enumerate(gaps):
-        leave, arrive = legs[2 * k], legs[2 * k + 1]
+        leave, arrive = known[k] if k in known else end_legs(context, gap.end, gap.start, context.settings.retract)
         if leave.failure or arrive.failure:
             continue
         middle = sampled(np.stack([leave.q[-1], arrive.q[-1]]), context.settings.steps.travel_angle)

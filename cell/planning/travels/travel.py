@@ -28,7 +28,7 @@ from ..context import Context
 from ..edges.blended_check import travel_corners, wire_corners
 from ..edges.edge_check import Stretch, collision_place
 from .free_moves import FreeMoves
-from .legs import Leg, retract_legs
+from .legs import Leg, end_legs, retract_legs
 from .rrt_connect import Space, TreeRoots, connect, sampled, with_round_corners, with_shortcuts
 
 RETRACTS = (1.0, 2.0, 4.0)  # times the case's retract
@@ -140,7 +140,7 @@ class _TravelSearch:
         arrives: list[Leg] = []
         for times in RETRACTS:
             retract = self.context.settings.retract * times
-            leave, arrive = self._ends(retract)
+            leave, arrive = end_legs(self.context, self.end, self.start, retract)
             leaves.append(leave)
             arrives.append(arrive)
             if leave.failure or arrive.failure:
@@ -178,21 +178,6 @@ class _TravelSearch:
     def _straight(self, leave: Floats, arrive: Floats) -> TravelPath | None:
         """Out, straight across and in, if that is free."""
         return self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
-
-    def _ends(self, retract: float) -> list[Leg]:
-        """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of."""
-        ends = [(self.end, -1), (self.start, 0)]
-        legs = iter(retract_legs(self.context, [(bead, at) for bead, at in ends if bead is not None], retract))
-        return [Leg(self._home()) if bead is None else next(legs) for bead, _ in ends]
-
-    def _home(self) -> Floats:
-        """The arm where it comes from or goes to, the table as at the bead, (1, j) or (1, j + 2), rad."""
-        span, rest = self.context.span, self.context.checker.scene.home
-        if self.end is None:
-            home, target = span.start, 0 if self.start is None else self.start.first
-        else:
-            home, target = span.end, self.end.stop - 1
-        return self.context.placed.axes((rest if home is None else home)[None], np.array([target]))
 
     def _free(self, legs: list[Leg], doing: str) -> list[Floats]:
         """Those ways out of a bead that are free themselves; where none is, as much of them as is."""

@@ -105,6 +105,21 @@ def test_a_wire_is_as_long_and_thick_as_it_is_modelled(under_a_roof):
     assert radius == pytest.approx(RADIUS)
 
 
+def test_a_wire_that_cuts_the_rim_of_the_support_anywhere_about_it_runs_through_metal(under_a_roof):
+    job = under_a_roof
+    metal, support = Metal.of(job.case, job.shape, job.targets), job.case.support
+    turn = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+    n, none = len(turn), np.zeros(720, dtype=np.int64)
+    radius = 1e-3
+    for inside_mm, through in ((0.01, True), (-0.02, False)):  # of the rim, 20 mm in radius, or beside it
+        ring = (support.radius_mm - inside_mm) * np.column_stack([np.cos(turn), np.sin(turn)])
+        tip = np.column_stack([ring, np.full(n, -support.height_mm - 10.0)]) - [*job.case.part.position_mm[:2], 0]
+        wires = Wires(tip, np.tile([0, 0, 1.0], (n, 1)), np.zeros(n), 30.0, radius, none, none)
+        found, length = metal.met(wires)
+        assert ([metal.names[m] for m in found if m >= 0] == n * ["support"]) if through else (found < 0).all()
+        assert length == pytest.approx(20.0 if through else 0.0)
+
+
 def inside(points, planes):
     return (points @ planes[:, :3].T + planes[:, 3]).max(axis=-1) <= 0.0
 

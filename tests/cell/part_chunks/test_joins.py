@@ -15,7 +15,7 @@ from cell.part_chunks.chunking import Shared
 from cell.part_chunks.joins import join_to, turned_to_chunk_before
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.context import Context
-from cell.planning.part_plan import PartPlan, plan_part
+from cell.planning.part_plan import HomePaths, PartPlan, plan_part
 from cell.planning.travels import home
 from cell.planning.travels.home import FoundHomeTravels, with_home
 
@@ -130,9 +130,9 @@ def test_ways_home_are_found_with_the_joints_and_count_for_the_beads_they_were_f
     searched: list[int] = []
     search = home.search_home_travels
 
-    def counted(context: Context, first: BeadPlan, last: BeadPlan) -> FoundHomeTravels:
+    def counted(context: Context, first: BeadPlan, last: BeadPlan, *known: HomePaths) -> FoundHomeTravels:
         searched.append(last.first)
-        return search(context, first, last)
+        return search(context, first, last, *known)
 
     monkeypatch.setattr(home, "search_home_travels", counted)
     found = with_home(context, joined.plan, joined.home)[1]

@@ -84,7 +84,7 @@ class Eager(WorkerPool):
             meanwhile()
         for k in self.order if len(items) == len(self.order) else range(len(items)):
             found[k] = first.pop() if k == 0 and first else done(function, items[k])
-            while isinstance(meanwhile, Aside) and (task := meanwhile.next_task(found)) is not None:
+            while isinstance(meanwhile, Aside) and (task := meanwhile.next_task(found, here=True)) is not None:
                 self.aside.append(task.key)
                 meanwhile.done(task, done(task.function, task.item))
         return found
@@ -137,7 +137,7 @@ def test_an_error_ahead_comes_up_in_its_turn(job: Job, monkeypatch: pytest.Monke
 def ahead_of(shared: Shared, planned: Sequence[PlannedRun | None]) -> RunsAhead:
     """All that can be done with these plans."""
     ahead = RunsAhead(shared)
-    while (task := ahead.next_task(planned)) is not None:
+    while (task := ahead.next_task(planned, here=True)) is not None:
         ahead.done(task, task.function(shared, task.item, int))
     return ahead
 
@@ -190,7 +190,7 @@ def test_a_join_counts_for_the_same_ends_alone(shared: Shared, planned: list[Pla
 def test_a_chunk_waits_for_what_it_is_made_from(shared: Shared, planned: list[PlannedRun]) -> None:
     def keys(some: Sequence[PlannedRun | None]) -> list[Any]:
         ahead, out = RunsAhead(shared), []
-        while (task := ahead.next_task(some)) is not None:
+        while (task := ahead.next_task(some, here=False)) is not None:
             out.append((task.key, task.after))
         return out
 
@@ -202,12 +202,17 @@ def test_a_chunk_waits_for_what_it_is_made_from(shared: Shared, planned: list[Pl
     assert keys([a, None, None, d]) == [("home", (0, 3))]
     assert keys([a, b, c, d]) == [("home", (0, 3)), (("run", 1), (0, 1)), (("run", 2), (1, 2))]
     found = RunsAhead(shared)
-    task = found.next_task([a, None, None, d])
+    task = found.next_task([a, None, None, d], here=True)
     assert task is not None
     found.done(task, task.function(shared, task.item, int))
-    first = found.next_task([a, None, None, d])
+    first = found.next_task([a, None, None, d], here=True)
     assert first is not None
     assert (first.key, first.after) == (("run", 0), (0, "home"))
+    # this process begins with the last, others with the first
+    for here, k in ((True, 2), (False, 1)):
+        one = RunsAhead(shared).next_task([a, b, c, None], here=here)
+        assert one is not None
+        assert one.key == ("run", k)
 
 
 def test_nothing_is_done_once_something_is_lost_postponed_or_turned(shared: Shared, planned: list[PlannedRun]) -> None:
@@ -218,11 +223,11 @@ def test_nothing_is_done_once_something_is_lost_postponed_or_turned(shared: Shar
         replace(d, postponed=PostponedRun(d.plan, None)),  # type: ignore[arg-type]
         replace(d, plan=replace(d.plan, travel_failures={d.plan.beads[1].first: None})),  # type: ignore[dict-item]
     ):
-        assert RunsAhead(shared).next_task([a, b, None, other]) is None
+        assert RunsAhead(shared).next_task([a, b, None, other], here=True) is None
     # a chunk that is to be turned by whole turns is turned first
     turn = np.eye(shared.context.solver.chain.n)[-1] * 2 * np.pi
     first, *rest = b.plan.beads
     stretch = replace(first.stretches[0], q_targets=first.stretches[0].q_targets + turn)
     turned = replace(b, plan=replace(b.plan, beads=(replace(first, stretches=(stretch,)), *rest)))
-    assert RunsAhead(shared).next_task([a, turned, None, None]) is None
-    assert RunsAhead(shared).next_task([a, b, None, None]) is not None
+    assert RunsAhead(shared).next_task([a, turned, None, None], here=True) is None
+    assert RunsAhead(shared).next_task([a, b, None, None], here=True) is not None

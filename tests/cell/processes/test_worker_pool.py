@@ -246,8 +246,8 @@ def test_what_takes_longest_is_handed_out_first_and_of_what_takes_as_long_the_la
     sent: list[Any] = []
     take = WorkRound._next
 
-    def noted(self: WorkRound) -> Task | None:
-        task = take(self)
+    def noted(self: WorkRound, *, here: bool) -> Task | None:
+        task = take(self, here=here)
         if task is not None:
             sent.append(task.key)
         return task
@@ -500,7 +500,7 @@ class Beside(Aside):
         self.seen_early = [item < 0 for item in self.items]
         self.items[:] = self.late
 
-    def next_task(self, found: Sequence[Any]) -> Task | None:
+    def next_task(self, found: Sequence[Any], *, here: bool) -> Task | None:
         for k, one in enumerate(found):
             if one is not None and k not in self.given:
                 self.given.add(k)
@@ -552,3 +552,15 @@ def test_a_worker_begins_with_what_is_there(two: WorkerPool) -> None:
     pids = two.run(stands_still, 0.0, items, None, [2, 1], beside)
     assert pids[0] != os.getpid()
     assert time.monotonic() - begun < 1.8
+
+
+@pytest.mark.slow
+def test_neighbours_are_done_by_one_process(two: WorkerPool) -> None:
+    two.run(stands_still, 0.0, [0.0] * 2)
+    beside = Beside([], [0.2] * 8)
+    beside.early, beside.both_ends = None, True
+    beside.items = items = [0.2] * 8
+    beside.given = set(range(8))
+    here = [pid == os.getpid() for pid in two.run(stands_still, 0.0, items, None, None, beside)]
+    assert here == sorted(here)
+    assert set(here) == {False, True}

@@ -9,7 +9,7 @@ from support.jobs.searches import setup_of
 from cell.collision.checker import Checker
 from cell.collision.proofs.convex_shapes import ConvexShape
 from cell.collision.proofs.covered_pairs import covered_pairs
-from cell.collision.proofs.laid_covers import Cover, LaidCovers
+from cell.collision.proofs.laid_covers import MOST_LATER, Cover, LaidCovers
 from cell.collision.proofs.plane_proofs import PlaneProofs
 from cell.collision.proofs.step_clusters import gather_steps
 from cell.planning.part_plan import plan_part
@@ -61,20 +61,44 @@ def test_no_point_is_beyond_its_cover_in_any_direction():
     assert np.min(fewer) < 0.7
 
 
+def rings(rng, layers, count):
+    """The points of layers that grow, one after the other."""
+    angle = np.linspace(0, 2 * np.pi, count)
+    for layer in range(layers):
+        ring = np.stack([np.cos(angle), np.sin(angle), 0.1 * rng.normal(size=count)], axis=1)
+        yield ring * (0.04 + 0.002 * layer)
+
+
 def test_what_is_left_of_the_points_stands_for_all_of_them_however_often_it_is_added_to():
     rng = np.random.default_rng(5)
-    every, cover = np.zeros((0, 3)), np.zeros((0, 3))
-    angle = np.linspace(0, 2 * np.pi, 200)
-    for layer in range(30):
-        ring = np.stack([np.cos(angle), np.sin(angle), 0.1 * rng.normal(size=200)], axis=1) * (0.04 + 0.002 * layer)
+    every, points = np.zeros((0, 3)), np.zeros((0, 3))
+    for ring in rings(rng, 30, 200):
         every = np.concatenate([every, ring])
-        last = Cover.of(np.concatenate([cover, ring]))
-        cover = last.points
+        last = Cover.of(np.concatenate([points, ring]))
+        points = last.points
     n = directions(rng, 3000)
     true = (every @ n.T).max(axis=0)
     assert (last.shape.support(n.T) >= true).all()
     assert (last.shape.support(n.T) - true).max() < 4e-3 * 0.1
-    assert len(cover) < 0.5 * len(every)
+    assert len(points) < 0.5 * len(every)
+
+
+@pytest.mark.parametrize(("layers", "count"), [(60, 200), (4, MOST_LATER - 1), (4, MOST_LATER + 1), (300, 60)])
+def test_points_that_come_later_are_held_as_those_before_are(layers, count):
+    """Before a cover of all is made and after, with as many points in a layer as may be held as they are, and more."""
+    rng = np.random.default_rng(19)
+    n, cover, covers, held = directions(rng, 500), None, set(), []
+    true = np.full(len(n), -np.inf)
+    for ring in rings(rng, layers, count):
+        cover = Cover.of(ring) if cover is None else cover.with_points(ring)
+        true = np.maximum(true, (ring @ n.T).max(axis=0))
+        said = cover.shape.support(n.T)
+        assert (said >= true).all()
+        assert said == pytest.approx(true, rel=1e-2)
+        covers.add(id(cover.points))
+        held.append(cover)  # so that no other has its id
+        assert len(cover.later) <= MOST_LATER
+    assert 1 < len(covers) < max(layers, 5)
 
 
 def test_a_cover_holds_all_that_is_laid_by_then_and_nothing_that_comes_later(boss):

@@ -13,6 +13,7 @@ import pytest
 from support.jobs.boss_motion import boss_case as three_layers
 from support.jobs.boss_motion import job_of, result_of
 from support.jobs.cases import radial
+from support.jobs.searches import setup_of
 
 from cell.collision.checker import Checker
 from cell.errors import InputError
@@ -20,8 +21,12 @@ from cell.failure import ON_TRAVEL, Contact, Failure, Kind
 from cell.html.check_page import html_report
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
+from cell.planning import beads_ahead
+from cell.planning.beads_ahead import BeadsAhead
+from cell.planning.part_plan import plan_part
 from cell.planning.travels import home as home_module
-from cell.planning.travels.travel import travel
+from cell.planning.travels.straight_travels import BeadGap, straight_travels
+from cell.planning.travels.travel import TravelPath, travel
 from cell.report.check_document import report_document
 from cell.report.check_report import report_lines
 from cell.shipped import MODELS_DIR
@@ -54,6 +59,62 @@ def boss_case(folder: Path, name: str, **sections: Any) -> Path:
 def bad(result: Result) -> dict[int, dict[str, Any]]:
     assert {row.reason for row in result.rows} == {None, "no_path"}
     return {i: row.detail for i, row in enumerate(result.rows) if row.reason}
+
+
+def test_ways_found_beside_the_travels_are_those_that_are_searched_by_themselves(folder: Path) -> None:
+    job, context = setup_of(three_layers(folder, "beside"))
+    plan = plan_part(context, job.targets.bead)
+    assert all(path is not None for path in plan.home)
+    found = home_module.search_home_travels(context, plan.beads[0], plan.beads[-1])
+    for known, path in zip(plan.home, (found.out, found.back), strict=True):
+        assert isinstance(path, TravelPath)
+        assert known is not None
+        np.testing.assert_array_equal(known.q, path.q)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(home_module, "travel", None)  # nothing is searched any more
+        _, home = home_module.with_home(context, plan)
+    assert home is not None
+    assert (home.out, home.back) == plan.home
+    # of beads that begin and end elsewhere they do not count
+    turned = [
+        replace(bead, stretches=tuple(replace(s, q=s.q + 1e-9, q_targets=s.q_targets + 1e-9) for s in bead.stretches))
+        for bead in plan.beads
+    ]
+    with pytest.MonkeyPatch.context() as patch:
+        asked: list[bool] = []
+        patch.setattr(home_module, "travel", lambda _, end, start, laid: asked.append(end is None) or travel_back)
+        travel_back = found.back
+        home_module.with_home(context, replace(plan, beads=tuple(turned)))
+    assert asked == [True, False]
+
+
+def test_a_way_to_a_bead_that_has_changed_is_searched_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What leads to one stretch is not taken for another, wherever that begins."""
+    job, context = setup_of(three_layers(folder, "changed"))
+    firsts = np.flatnonzero(np.diff(job.targets.bead, prepend=-1)).tolist()
+    ahead, beads, q_before = BeadsAhead(context, tuple(firsts), len(job.targets.bead)), [], None
+    for first in firsts:
+        bead = ahead.bead(first, q_before)
+        assert bead is not None
+        beads.append(bead)
+        q_before = bead.stretches[0].q_targets[-1]
+    assert ahead.home_travels(beads) == (None, None)
+    asked: list[BeadGap] = []
+    monkeypatch.setattr(
+        beads_ahead, "straight_travels", lambda of, gaps: asked.extend(gaps) or straight_travels(of, gaps)
+    )
+    assert ahead.can_leave(None, beads[0])
+    # on the way back all of the part stands there
+    (laid_out,) = (gap.deposits_laid for gap in asked if gap.end is None)
+    (laid_back,) = (gap.deposits_laid for gap in asked if gap.start is None)
+    assert (laid_out, laid_back) == (0, job.scene.n_deposits)
+    out, back = ahead.home_travels(beads)
+    assert out is not None
+    assert back is not None
+    first, last = (replace(bead, stretches=(replace(bead.stretches[0]),)) for bead in (beads[0], beads[-1]))
+    assert ahead.home_travels([first, *beads[1:]]) == (None, back)
+    assert ahead.home_travels([*beads[:-1], last]) == (out, None)
+    assert BeadsAhead(context, tuple(firsts[:-1]), firsts[-1]).home_travels(beads[:-1]) == (None, None)
 
 
 def test_the_motion_begins_and_ends_at_home(good: Result) -> None:
@@ -172,6 +233,7 @@ def test_a_bead_begins_or_ends_elsewhere_where_home_is_else_not_reached(
                 return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
         return travel(setup, end, start, deposits_laid)
 
+    monkeypatch.setattr(BeadsAhead, "home_travels", lambda *_: (None, None))
     monkeypatch.setattr(home_module, "travel", refusing)
     result = check_fixed(job, 90, 180)
     assert result.motion is not None
@@ -207,6 +269,7 @@ def test_an_only_bead_that_is_begun_or_ended_elsewhere_gets_both_ways_anew(
                 return Failure(Kind.COLLISION, 0.0, 5.0, contact=Contact(("a", "b")), place=ON_TRAVEL)
         return travel(setup, end, start, deposits_laid)
 
+    monkeypatch.setattr(BeadsAhead, "home_travels", lambda *_: (None, None))
     monkeypatch.setattr(home_module, "travel", refusing)
     result = check_fixed(job, 90, 180)
     motion = result.motion

@@ -57,6 +57,32 @@ def assert_holds(checker, way, deposits_laid: int) -> None:
     assert np.isneginf(way.kept[-1])
 
 
+def test_ways_from_home_and_back_are_what_each_is_by_itself(boss):
+    """And beside them all travels between beads are the same to the bit."""
+    context, stretches = boss
+    gaps = gaps_of(context, stretches)
+    homes = [BeadGap(None, bead, context.begun) for bead in stretches]
+    homes += [BeadGap(bead, None, int(context.laid[bead.stop - 1])) for bead in stretches]
+    assert context.span.start is not None
+    ways = straight_travels(context, gaps + homes)
+    for one, other in zip(ways[: len(gaps)], straight_travels(context, gaps), strict=True):
+        assert (one is None) == (other is None)
+        assert one is None or np.array_equal(one.q, other.q)
+    found = 0
+    for k, (gap, way) in enumerate(zip(homes, ways[len(gaps) :], strict=True)):
+        if way is None:
+            continue
+        found += 1
+        alone = travel(context, gap.end, gap.start, gap.deposits_laid)
+        assert isinstance(alone, TravelPath)
+        assert np.array_equal(way.q, alone.q)
+        assert np.array_equal(way.q[-1], context.span.end if gap.start is None else gap.start.q_targets[0])
+        assert np.array_equal(way.q[0], context.span.start if gap.end is None else gap.end.q_targets[-1])
+        assert kept(context, way.q, gap.deposits_laid, k) >= context.settings.clearance
+        assert_holds(context.checker, way, gap.deposits_laid)
+    assert found > 2
+
+
 def test_they_are_what_each_is_by_itself(boss):
     context, stretches = boss
     gaps = gaps_of(context, stretches)

@@ -66,6 +66,15 @@ def test_a_function_is_refused_where_it_is_not_followed(body: str, tmp_path: Pat
         read(tmp_path, body, moving("BOOL", "TRUE"))
 
 
+@pytest.mark.parametrize("function", ["", moving("INT", "1")])
+def test_a_function_inside_a_call_that_is_known_to_be_harmless_is_not_passed_over(
+    function: str, tmp_path: Path
+) -> None:
+    assert len(read(tmp_path, "ArcMainNG (#PreDefinition,WDAT1,(1)) ;of bead (3)\n").moves) == 1
+    with pytest.raises(InputError, match=r"T\.src:3: sub-program ARCMAINNG is missing"):
+        read(tmp_path, "ArcMainNG (#PreDefinition,WDAT1,NEXT ( ))\n", function)
+
+
 def test_a_trigger_that_calls_a_function_is_named(tmp_path: Path) -> None:
     body = "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[NEXT ( )]=TRUE\n" + AWAY
     doubts = read(tmp_path, body, moving("INT", "1")).doubts
