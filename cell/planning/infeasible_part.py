@@ -46,6 +46,8 @@ EASY = 5  # configurations that a target of a bead that comes out whole may take
 BRANCHES = 8  # configurations of a target at a roll
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
 TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
+LOOKED_AT = 3  # postponed beads of which it is looked whether they are cut, before any is searched in full
+LOOKED_AT_CLOSELY = 2  # of these
 FEW, TOGETHER = 4, 48  # targets judged in one go, at least and at most
 BLOCK = 256  # targets evaluated together
 
@@ -267,8 +269,9 @@ def full_work(context: Context, targets: int) -> int:
 def first_cut_of(context: Context, beads: Sequence[DoubtfulBead], count: Callable[[], None]) -> BeadPlan | None:
     """One of some beads that is found to be cut, as what is known of it by then.
 
-    What is welded later has more in its way, so the last comes first. Where one look at each finds none that is cut,
-    they are looked at closely, those of few targets first.
+    What is welded later has more in its way, so the last comes first. Where one look at each of LOOKED_AT finds none
+    that is cut, LOOKED_AT_CLOSELY of these are looked at closely, those of few targets first. It is no more than that,
+    for of beads that are hard but can be welded these looks find nothing, and they cost.
 
     Args:
         context: what the search needs.
@@ -279,7 +282,7 @@ def first_cut_of(context: Context, beads: Sequence[DoubtfulBead], count: Callabl
         The first that is found; None where there is none.
     """
     open_: list[DoubtfulBead] = []
-    for bead in reversed(beads):
+    for bead in beads[: -LOOKED_AT - 1 : -1]:
         near, searched = bead.near or (), SearchedBead.of(context, bead.first, bead.stop)
         if bead.near is None and may_be_cut(context, bead.first, bead.stop):
             search = StationSearch(searched, context.settings.roll_step, Ends())
@@ -290,7 +293,7 @@ def first_cut_of(context: Context, beads: Sequence[DoubtfulBead], count: Callabl
             return cut
         open_ += [replace(bead, near=near)] if near else []
     open_.sort(key=lambda bead: bead.stop - bead.first)
-    cuts = (cut_bead(context, bead.first, bead.stop, bead.near or ()) for bead in open_)
+    cuts = (cut_bead(context, bead.first, bead.stop, bead.near or ()) for bead in open_[:LOOKED_AT_CLOSELY])
     return next((cut for cut in cuts if cut is not None), None)
 
 

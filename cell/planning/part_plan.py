@@ -25,9 +25,10 @@ from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
 from .beads_ahead import BeadsAhead
 from .context import Context
 from .edges.edge_check import Stretch
-from .infeasible_part import DoubtfulBead, InfeasiblePartJudge, Judged, first_cut_of, lost_bead
+from .infeasible_part import LOOKED_AT, DoubtfulBead, InfeasiblePartJudge, Judged, first_cut_of, lost_bead
 from .travels.travel import TravelPath, travel
 
+RUNS_LOOKED_AT = 2  # in which it is looked whether a postponed bead is cut, one after the other
 HomePaths = tuple[TravelPath | None, TravelPath | None]  # from home to the first bead, and from the last one back
 
 
@@ -193,12 +194,7 @@ def plan_runs(
     postponed = _postponed(found)
     if not postponed or any(run.lost for run in found):
         return [run.plan for run in found]
-    doubtful = [k for k in postponed if found[k].doubtful]
-    cuts = [replace(runs[k], doubtful=found[k].doubtful) for k in doubtful]
-    with counted_progress(progress, "postponed beads", sum(len(run.doubtful) for run in cuts)) as count:
-        for k, cut in zip(doubtful, planned(cuts, count) if cuts else [], strict=True):
-            if cut.lost:
-                found[k] = found[k].with_bead(cut.plan.beads[0])
+    found = _with_a_cut(runs, found, planned, progress)
     if any(run.lost for run in found):
         return [run.plan for run in found]
     searches = 1
@@ -211,6 +207,26 @@ def plan_runs(
                 found[k] = again
             searches *= 2
     return [run.plan for run in found]
+
+
+def _with_a_cut(
+    runs: Sequence[BeadRun],
+    found: Sequence[PlannedRun],
+    planned: Callable[[Sequence[BeadRun], Callable[[], None]], list[PlannedRun]],
+    progress: Progress | None,
+) -> list[PlannedRun]:
+    """The same with one bead that is found to be cut: of the last runs, for what is laid last has most in its way."""
+    out = list(found)
+    some = [k for k, run in enumerate(found) if run.doubtful][: -RUNS_LOOKED_AT - 1 : -1]
+    with counted_progress(
+        progress, "postponed beads", sum(min(len(found[k].doubtful), LOOKED_AT) for k in some)
+    ) as count:
+        for k in some:
+            cut = planned([replace(runs[k], doubtful=found[k].doubtful)], count)[0]
+            if cut.lost:
+                out[k] = found[k].with_bead(cut.plan.beads[0])
+                break
+    return out
 
 
 def _postponed(found: Sequence[PlannedRun]) -> list[int]:

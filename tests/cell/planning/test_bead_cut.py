@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -18,8 +18,8 @@ from cell.planning import bead_plan, infeasible_part, part_plan
 from cell.planning.bead_cut import find_cut, roll_sectors
 from cell.planning.bead_plan import plan_bead
 from cell.planning.context import Context
-from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone
-from cell.planning.part_plan import BeadPlan
+from cell.planning.infeasible_part import DoubtfulBead, InfeasiblePartJudge, Judged, lost_alone
+from cell.planning.part_plan import BeadPlan, BeadRun, PartPlan, PlannedRun, PostponedRun, plan_runs
 from cell.rigid import frames
 from cell.scene.scene import table_angles
 from cell.verdict.check import check_fixed
@@ -173,6 +173,30 @@ def test_a_part_is_lost_by_a_bead_that_is_cut_without_a_search_in_full(walled, m
     assert target not in FIRSTS
     assert not failure.proved
     assert found.not_looked_at > 0
+
+
+def test_few_postponed_beads_are_looked_at_before_any_is_searched(boss, monkeypatch):
+    """Of beads that are hard but can be welded all looks are in vain."""
+    looked: list[tuple[int, bool]] = []
+    monkeypatch.setattr(
+        infeasible_part, "cut_bead", lambda _, first, *__, closely=True: looked.append((first, closely))
+    )
+    beads = [DoubtfulBead(10 * k, 10 * k + 9 - k % 2, ((0, 5),)) for k in range(8)]
+    run = BeadRun(tuple(bead.first for bead in beads), 80, None)
+    postponed = PostponedRun(PartPlan((), (), {}), Judged())
+    asked: list[int] = []
+
+    def planned(some: Sequence[BeadRun], count: Callable[[], None]) -> list[PlannedRun]:
+        asked.append(len(some[0].doubtful))
+        if not some[0].doubtful:  # the first round, and the search in full once nothing was found to be cut
+            first = all(one.begun is None for one in some)
+            return [PlannedRun(PartPlan((), (), {}), False, postponed if first else None, tuple(beads)) for _ in some]
+        return [part_plan.plan_run(boss, one, count) for one in some]
+
+    plan_runs([run, run, run], planned)
+    assert asked == [0, 8, 8, 0]
+    of_one = [(70, False), (60, False), (50, False), (70, True), (50, True)]
+    assert looked == of_one + of_one
 
 
 def test_a_bead_that_is_cut_is_searched_at_no_finer_rolls(walled, monkeypatch):
