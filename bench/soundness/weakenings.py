@@ -28,6 +28,7 @@ HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/proo
 LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/verification/test_accelerations.py"
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_near_spherical_wrist.py"
 SURFACES = "slicing/surfaces/test_surfaces.py"
+CUTS = "cell/planning/test_bead_cut.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
@@ -281,6 +282,11 @@ MUTANTS = (
     Mutant("cell/planning/part_plan.py", "if not postponed or any(run.lost for run in found):", "if True:", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/part_plan.py", "full_searches=searches, lost=lost)", "full_searches=searches)", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/infeasible_part.py", "            if not target_failures and self.full_searches <= 0:\n", "            if False:\n", ("cell/planning/test_part_plan.py",)),
+    Mutant("cell/planning/bead_cut.py", ">= MOST_DETOUR * way", ">= 0.0 * way", (CUTS,)),
+    Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector", (CUTS,)),
+    Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector % max(len(blocked), 1)", (CUTS,)),
+    Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut.plan.beads[0])\n", "", (CUTS,)),
+    Mutant("cell/planning/infeasible_part.py", "        self.spent += spent\n        if not bead.whole:", "        if not bead.whole:\n            self.spent += spent", (CUTS,)),
     Mutant("cell/planning/blocking_layers.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_blocking_layers.py",)),
     Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),
     # what the README promises of rows, layers, programs, remedies and logs

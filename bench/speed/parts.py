@@ -1,7 +1,7 @@
 """Real parts through ``rbam check``, of any size: what each stage costs a target, memory, and how large the files are.
 
     python -m bench.speed.parts --parts pad --targets 1000 10000 --roll free --fill zigzag
-    python -m bench.speed.parts --parts pad branch --twins none share layer all far  # infeasible ones as well
+    python -m bench.speed.parts --parts pad branch --twins none share layer all far split  # infeasible ones as well
     python -m bench.speed.parts --targets 50000 --no-help --figures bench/figures/parts.json
 
 Each part (``bench/speed/real_parts.py``) is a process of its own, so that memory is its own and imports are counted.
@@ -178,7 +178,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--targets", **several, type=int, default=[1000, 10_000, 50_000])
     parser.add_argument("--fill", **several, default=["zigzag", "contour"])
     parser.add_argument("--roll", **several, default=["free", "held"])
-    parser.add_argument("--twins", **several, default=[NO_TWIN, "share"], help="none, share, layer, all, far")
+    parser.add_argument("--twins", **several, default=[NO_TWIN, "share"], help="none, share, layer, all, far, split")
     parser.add_argument("--no-help", action="store_true", help="without the search for what would help")
     parser.add_argument("--longest", type=float, default=3600.0, help="seconds that one part may take (default 3600)")
     parser.add_argument("--figures", type=Path, help="write the table there as JSON (bench/figures.py shows it)")

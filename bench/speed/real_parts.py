@@ -12,7 +12,9 @@ The pad's contour of 50,000 is too tall for the arm.
 
 Twins: ``share`` has a box over some of the part (what is lost depends on the part: its verdict says how much),
 ``layer`` has its middle layer deposited from below (it fails, and no other), ``all`` has a box over all of it (every
-target can be reached, none is free), ``far`` stands out of reach.
+target can be reached, none is free), ``far`` stands out of reach. ``split`` has a wall hanging over the middle, along
+the arm's way to it: with a free roll, targets can be welded from one side of it or from the other, but beads that lead
+below it cannot. A held roll loses targets there.
 """
 
 from __future__ import annotations
@@ -42,10 +44,12 @@ from cell.scene.scene import table_angles  # noqa: E402
 
 PARTS = ("pad", "flange", "blade", "branch")
 FILLS, ROLLS = ("zigzag", "contour"), ("free", "held")
-TWINS = ("share", "layer", "all", "far")
+TWINS = ("share", "layer", "all", "far", "split")
 ABOVE_MM = 25.0  # from the part to the box over it: more than the wire, less than the nozzle
 OVER_SHARE = 0.15  # of the targets right below the box of the twin `share`
 FAR_MM = 3500.0
+WALL_MM = 200.0  # from the part to the wall of the twin `split`: more than the torch's neck needs, less than the arm
+WALL = (1000.0, 10.0, 800.0)  # its size, mm
 
 
 @dataclass(frozen=True)
@@ -235,6 +239,8 @@ def twin_of(job: Job, twin: str) -> Job:
     if twin == "far":
         place = job.case.positioner.model_copy(update={"position_mm": (FAR_MM, 0.0, 0.0)})
         return _recomposed(job, positioner=place)
+    if twin == "split":
+        return _walled(job, WALL_MM)
     points = _world_mm(job)
     low, high = points.min(axis=0), points.max(axis=0)
     if twin == "share":
@@ -247,6 +253,17 @@ def twin_of(job: Job, twin: str) -> Job:
     position = [*(0.5 * (low + high)[:2]).tolist(), float(high[2]) + ABOVE_MM + 5.0]
     kind = type(job.case).model_fields["fixtures"]
     return _recomposed(job, fixtures=_fixtures(kind, {"name": "in_the_way", "box": box, "position_mm": position}))
+
+
+def _walled(job: Job, above_mm: float) -> Job:
+    """The job with a wall hanging over the middle of the part, along the arm's way to it."""
+    points = _world_mm(job)
+    middle, top = (points.min(axis=0) + points.max(axis=0)) / 2, float(points[:, 2].max())
+    position = [*middle[:2].tolist(), top + above_mm + WALL[2] / 2]
+    kind = type(job.case).model_fields["fixtures"]
+    return _recomposed(
+        job, fixtures=_fixtures(kind, {"name": "wall", "box": {"size_mm": WALL}, "position_mm": position})
+    )
 
 
 def _world_mm(job: Job) -> np.ndarray:

@@ -5,8 +5,8 @@
     plan, way = travel_to(context, last, plan)      # begun elsewhere if that is the only way to reach it
 
 A bead that does not come out whole is searched again with the roll sampled finer, turning as fast as the joints can,
-and with rolls at which its targets are free between the samples; one to which no travel leads, with its beginning
-elsewhere: in another configuration or at another roll. Metres, radians, seconds.
+and with rolls at which its targets are free between the samples, unless it is cut; one to which no travel leads, with
+its beginning elsewhere: in another configuration or at another roll. Metres, radians, seconds.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from ik.chain import Floats
 from ik.roll import wrap
 
 from ..failure import Failure
+from .bead_cut import find_cut
 from .bead_outcome import BeadPlan
 from .bead_search import MOST_SEARCHES, BeadSearch
 from .collision_free_rolls import Stretches, collision_free_rolls, stabbing
@@ -108,6 +109,10 @@ def plan_bead(
     bead, ends = SearchedBead.of(context, first, stop), Ends(q_before)
     plan = _search(bead, ends, step) if quickly else _in_full(bead, ends, step)
     if plan.whole or context.window.is_fixed or not plan.may_be_mended:
+        return plan
+    if not plan.target_failures and find_cut(
+        context, first, stop, [(i - 1 - first, i - first) for i in plan.edge_failures]
+    ):
         return plan
     free = _free_between(context, plan, step / FINER_ROLLS)
     lost = {i for i in plan.target_failures if not free.get(i)}

@@ -42,7 +42,7 @@ Stretches = list[tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
-class _KnownRolls:
+class KnownRolls:
     """What is known of targets' branches, sorted by target, branch and roll.
 
     Attributes:
@@ -66,15 +66,15 @@ class _KnownRolls:
     pair: Ints
     position: Floats
 
-    def rows(self, at: Ints | NDArray[np.bool_]) -> _KnownRolls:
+    def rows(self, at: Ints | NDArray[np.bool_]) -> KnownRolls:
         """Some of them."""
-        return _KnownRolls(*(getattr(self, f.name)[at] for f in fields(self)))
+        return KnownRolls(*(getattr(self, f.name)[at] for f in fields(self)))
 
-    def sorted_with(self, *others: _KnownRolls) -> _KnownRolls:
+    def sorted_with(self, *others: KnownRolls) -> KnownRolls:
         """All of them together."""
         every = [np.concatenate([getattr(x, f.name) for x in (self, *others)]) for f in fields(self)]
         order = np.lexsort((every[2], every[1], every[0]))
-        return _KnownRolls(*(values[order] for values in every))
+        return KnownRolls(*(values[order] for values in every))
 
     def free_targets(self) -> Ints:
         """Targets that are free at a roll."""
@@ -149,12 +149,23 @@ def _some_together(targets: Iterable[int]) -> list[Ints]:
 
 def _searched(
     context: Context, some: Ints, step: float, also: Mapping[int, float], *, until_free: bool = False
-) -> _KnownRolls:
+) -> KnownRolls:
     """All that has to be checked of some targets, or as much of it as tells which of them are free."""
-    known = _sampled(context, some, step, until_free=until_free)
+    known = rolls_sampled(context, some, step, until_free=until_free)
     if also:
         target, roll = np.array(list(also)), np.array(list(also.values()), dtype=float)
-        known = known.sorted_with(_checked_rolls(context, target, roll))
+        known = known.sorted_with(checked_rolls(context, target, roll))
+    return with_rolls_between(context, known, until_free=until_free)
+
+
+def with_rolls_between(context: Context, known: KnownRolls, *, until_free: bool = False) -> KnownRolls:
+    """The same with all that has to be checked between these rolls: nothing free hides between any two of them.
+
+    Args:
+        context: the arm and the cell.
+        known: rolls that were checked.
+        until_free: whether no more is checked of targets that are free at a roll.
+    """
     while context.solver.form is not None:
         hides = _may_hide(context, known)
         if until_free:
@@ -163,25 +174,36 @@ def _searched(
         if not len(at):
             break
         middle = (known.roll[at] + known.roll[at + 1]) / 2
-        known = known.sorted_with(_checked_rolls(context, known.target[at], middle, known.branch[at]))
+        known = known.sorted_with(checked_rolls(context, known.target[at], middle, known.branch[at]))
     return known
 
 
-def _sampled(context: Context, some: Ints, step: float, *, until_free: bool) -> _KnownRolls:
-    """Targets, ascending, at the rolls of a step, less those between coarser ones at which the tool is held."""
+def rolls_around(context: Context, step: float) -> Floats:
+    """Samples of the roll, (r,), rad; where it is free, the last is the first one again, a turn further on."""
     rolls = context.window.samples(step)
-    if context.window.is_full:
-        rolls = np.append(rolls, rolls[0] + 2 * np.pi)
+    return np.append(rolls, rolls[0] + 2 * np.pi) if context.window.is_full else rolls
+
+
+def rolls_sampled(context: Context, some: Ints, step: float, *, until_free: bool = False) -> KnownRolls:
+    """Targets at the rolls of a step, less those between coarser ones at which the tool is held.
+
+    Args:
+        context: the arm and the cell.
+        some: which targets, ascending.
+        step: distance of the rolls, rad.
+        until_free: whether no more is checked of targets that are free at a roll.
+    """
+    rolls = rolls_around(context, step)
     stride = 1
     while (len(rolls) - 1) // (stride * COARSER) >= FEWEST:
         stride *= COARSER
     seen, held = (np.zeros((len(some), len(rolls)), dtype=kind) for kind in (bool, float))
-    looked: list[_KnownRolls] = []
+    looked: list[KnownRolls] = []
     while stride:
         coarse = np.unique(np.append(np.arange(0, len(rolls), stride), len(rolls) - 1))
         t, k = np.nonzero(~seen[:, coarse] & _open_between(rolls, seen, held)[:, coarse])
         if len(t):
-            looked.append(_checked_rolls(context, some[t], rolls[coarse[k]], until_free=until_free))
+            looked.append(checked_rolls(context, some[t], rolls[coarse[k]], until_free=until_free))
             seen[t, coarse[k]] = True
             at = np.searchsorted(some, looked[-1].target), np.searchsorted(rolls, looked[-1].roll)
             np.maximum.at(held, at, looked[-1].held)  # in one branch as in another
@@ -214,9 +236,9 @@ def _spread(rolls: Floats, held: Floats, *, circular: bool) -> Floats:
     return held
 
 
-def _checked_rolls(
+def checked_rolls(
     context: Context, target: Ints, roll: Floats, branch: Ints | None = None, *, until_free: bool = False
-) -> _KnownRolls:
+) -> KnownRolls:
     """Targets at rolls, (m,): all their branches, or one of each; or as many as it takes to see that it is free."""
     solver = context.solver
     first, same = distinct(target, roll)
@@ -236,11 +258,11 @@ def _checked_rolls(
     q = found[np.arange(len(found)), np.argmax(good, axis=1)]
     room = np.where(good.any(axis=1), np.nan, -np.inf)
     none = Clearances.none(len(q))
-    looked = _KnownRolls(target, branch, roll, q, room, np.zeros(len(q)), none.pair, none.position)
+    looked = KnownRolls(target, branch, roll, q, room, np.zeros(len(q)), none.pair, none.position)
     return _with_room(context, looked.sorted_with(), until_free=until_free)
 
 
-def _with_room(context: Context, looked: _KnownRolls, *, until_free: bool) -> _KnownRolls:
+def _with_room(context: Context, looked: KnownRolls, *, until_free: bool) -> KnownRolls:
     """The same with the room where it is NaN: of one branch of each roll first, as the tool stands alike in all."""
     room, held = looked.room.copy(), looked.held.copy()
     pair, position = looked.pair.copy(), looked.position.copy()
@@ -265,7 +287,7 @@ def _with_room(context: Context, looked: _KnownRolls, *, until_free: bool) -> _K
     return replace(looked, room=room, held=held, pair=pair, position=position)
 
 
-def _may_hide(context: Context, known: _KnownRolls) -> NDArray[np.bool_]:
+def _may_hide(context: Context, known: KnownRolls) -> NDArray[np.bool_]:
     """Steps between neighbouring rolls that may hide something free, (m - 1,)."""
     a, b = known.room[:-1], known.room[1:]
     out = (np.diff(known.target) == 0) & (np.diff(known.branch) == 0) & (np.diff(known.roll) > FINEST)
@@ -280,7 +302,7 @@ def _may_hide(context: Context, known: _KnownRolls) -> NDArray[np.bool_]:
     return out
 
 
-def _stretches(known: _KnownRolls) -> list[tuple[int, float, float]]:
+def _stretches(known: KnownRolls) -> list[tuple[int, float, float]]:
     """Targets, lowest and highest rolls of what is free without a gap."""
     free = np.flatnonzero(known.room >= 0)
     if not len(free):

@@ -11,10 +11,10 @@ charged to it, and of those that do what exceeds EASY for each of their targets.
 there were none.
 
 Beyond the budget, a bead of a part that is not known to be lost is postponed: ``plan`` gives None, and
-``cell.planning.part_plan`` comes back to it if nothing else is lost. So is a bead that the quick search does not find
-and whose full search the budget does not allow. In a part that is lost, such a bead is lost as soon as one of its
-targets is proved out of reach, or is free at no roll; a few others are checked with it, and the rest is left open:
-neither feasible nor infeasible.
+``cell.planning.part_plan`` comes back to it if nothing else is lost: first to see whether it is cut (``bead_cut``),
+then to search it in full. So is a bead that the quick search does not find and whose full search the budget does not
+allow. In a part that is lost, such a bead is lost as soon as one of its targets is proved out of reach, or is free at
+no roll; a few others are checked with it, and the rest is left open: neither feasible nor infeasible.
 
 Metres and radians.
 """
@@ -30,6 +30,7 @@ from ik.chain import Floats
 from ik.reachability_proof import certify
 
 from ..arrays import Ints
+from .bead_cut import cut_bead, may_be_cut
 from .bead_outcome import BeadPlan, TargetFailure
 from .bead_search import BeadSearch
 from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhere
@@ -45,6 +46,8 @@ EASY = 5  # configurations that a target of a bead that comes out whole may take
 BRANCHES = 8  # configurations of a target at a roll
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
 TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
+LOOKED_AT = 3  # postponed beads of which it is looked whether they are cut, before any is searched in full
+LOOKED_AT_CLOSELY = 2  # of these
 FEW, TOGETHER = 4, 48  # targets judged in one go, at least and at most
 BLOCK = 256  # targets evaluated together
 
@@ -64,10 +67,34 @@ class Judged:
     suspect: int | None = None
 
 
+@dataclass(frozen=True)
+class DoubtfulBead:
+    """A bead that is postponed.
+
+    Attributes:
+        first: its first target.
+        stop: one past its last.
+        near: pairs of its targets, counted from its first, between which the quick search found no way; None where it
+            was not searched.
+    """
+
+    first: int
+    stop: int
+    near: tuple[tuple[int, int], ...] | None
+
+
 class InfeasiblePartJudge:
     """Plans the beads of a part, and keeps count of what is asked about those that are lost."""
 
-    def __init__(self, context: Context, first: int, share: float = 1.0, full_searches: float = np.inf) -> None:
+    def __init__(
+        self,
+        context: Context,
+        first: int,
+        share: float = 1.0,
+        full_searches: float = np.inf,
+        *,
+        cuts_known: bool = False,
+    ) -> None:
         """Begin a part, or a chunk of one.
 
         Args:
@@ -75,7 +102,10 @@ class InfeasiblePartJudge:
             first: its first target.
             share: of what a whole part may cost whatever its size.
             full_searches: how many beads that would be postponed may be searched in full, as long as none is lost.
+            cuts_known: whether it is known of these beads that no cut is found.
         """
+        self._cuts_known = cuts_known
+        self.doubtful: list[DoubtfulBead] = []  # that were postponed
         self._first_pass = full_searches == 0
         self.floor = share * (FLOOR if len(context.deposits_before) <= SMALL else LARGE_FLOOR)
         self.context, self.every = context, context.settings.every_target
@@ -113,9 +143,9 @@ class InfeasiblePartJudge:
         self.lost = True
 
     def knows(self, bead: BeadPlan, spent: float) -> None:
-        """Go on after a bead that was planned elsewhere, with what was asked about it without a result."""
+        """Go on after a bead that was planned elsewhere, with what is to be charged for it."""
+        self.spent += spent
         if not bead.whole:
-            self.spent += spent
             self.lost = True
             self._suspect = next(iter(bead.target_failures), self._suspect)
 
@@ -171,12 +201,14 @@ class InfeasiblePartJudge:
         if self.lost or spent:  # what is out of reach is known without a search
             target_failures = unreachable(self.context, range(first, stop))
             if not target_failures and not self.lost:
+                self._postpone(first, stop, None)
                 return None
             target_failures.update(self._judged(suspects, first, stop, before) if not target_failures else {})
             if target_failures or self.left(stop) < 0:
                 target_failures.update(self._judged(_spread(first, stop), first, stop, before, target_failures))
                 return lost_bead(first, stop, target_failures)
         bead = SearchedBead.of(self.context, first, stop)
+        search: StationSearch | None = None
         if StationSearch.suits(bead):
             search = vain or StationSearch(bead, self.context.settings.roll_step, Ends(q_before))
             stretch = search.run() if vain is None else None
@@ -188,13 +220,20 @@ class InfeasiblePartJudge:
             some = list(dict.fromkeys(suspects))[:TRIED_FIRST]
             target_failures = unreachable(self.context, range(first, stop)) or lost_alone(self.context, some)
             if not target_failures and self.full_searches <= 0:
+                self._postpone(first, stop, search)
                 return None
             if not target_failures:
                 self.full_searches -= 1
-                return in_full(self.left(stop))
+                near = [] if search is None or self._cuts_known else search.cut_between()
+                cut = cut_bead(self.context, first, stop, near) if near else None
+                return in_full(self.left(stop)) if cut is None else cut
         order = [*suspects, *_spread(first, stop)]
         target_failures.update(self._judged(order, first, stop, before, target_failures))
         return lost_bead(first, stop, target_failures)
+
+    def _postpone(self, first: int, stop: int, search: StationSearch | None) -> None:
+        """Note a bead to be come back to, with a search of it that found no way."""
+        self.doubtful.append(DoubtfulBead(first, stop, None if search is None else tuple(search.cut_between())))
 
     def _judged(
         self, order: Iterable[int], first: int, stop: int, before: float, known: dict[int, TargetFailure] | None = None
@@ -225,6 +264,37 @@ def full_work(context: Context, targets: int) -> int:
     """Configurations of some targets at all rolls that a search in full may check."""
     rolls = context.window.samples(context.settings.roll_step / FINER_ROLLS)
     return targets * len(rolls) * BRANCHES
+
+
+def first_cut_of(context: Context, beads: Sequence[DoubtfulBead], count: Callable[[], None]) -> BeadPlan | None:
+    """One of some beads that is found to be cut, as what is known of it by then.
+
+    What is welded later has more in its way, so the last comes first. Where one look at each of LOOKED_AT finds none
+    that is cut, LOOKED_AT_CLOSELY of these are looked at closely, those of few targets first. It is no more than that,
+    for of beads that are hard but can be welded these looks find nothing, and they cost.
+
+    Args:
+        context: what the search needs.
+        beads: which.
+        count: called for every bead.
+
+    Returns:
+        The first that is found; None where there is none.
+    """
+    open_: list[DoubtfulBead] = []
+    for bead in beads[: -LOOKED_AT - 1 : -1]:
+        near, searched = bead.near or (), SearchedBead.of(context, bead.first, bead.stop)
+        if bead.near is None and may_be_cut(context, bead.first, bead.stop):
+            search = StationSearch(searched, context.settings.roll_step, Ends())
+            near = () if search.run() is not None else tuple(search.cut_between())
+        cut = cut_bead(context, bead.first, bead.stop, near, closely=False) if near else None
+        count()
+        if cut is not None:
+            return cut
+        open_ += [replace(bead, near=near)] if near else []
+    open_.sort(key=lambda bead: bead.stop - bead.first)
+    cuts = (cut_bead(context, bead.first, bead.stop, bead.near or ()) for bead in open_[:LOOKED_AT_CLOSELY])
+    return next((cut for cut in cuts if cut is not None), None)
 
 
 def lost_bead(first: int, stop: int, target_failures: dict[int, TargetFailure]) -> BeadPlan:

@@ -25,9 +25,10 @@ from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
 from .beads_ahead import BeadsAhead
 from .context import Context
 from .edges.edge_check import Stretch
-from .infeasible_part import InfeasiblePartJudge, Judged, lost_bead
+from .infeasible_part import LOOKED_AT, DoubtfulBead, InfeasiblePartJudge, Judged, first_cut_of, lost_bead
 from .travels.travel import TravelPath, travel
 
+RUNS_LOOKED_AT = 2  # in which it is looked whether a postponed bead is cut, one after the other
 HomePaths = tuple[TravelPath | None, TravelPath | None]  # from home to the first bead, and from the last one back
 
 
@@ -85,7 +86,7 @@ class KnownBead:
 
     Attributes:
         bead: its plan.
-        spent: configurations that were asked about it without success.
+        spent: configurations that are charged for it.
     """
 
     bead: BeadPlan
@@ -119,6 +120,7 @@ class BeadRun:
         begun: where to go on; None: at the first bead.
         full_searches: how many postponed beads may be searched in full, from there on.
         lost: whether the part is known to be lost.
+        doubtful: beads that were postponed, first and stop, of which only cuts are to be found.
     """
 
     firsts: tuple[int, ...]
@@ -130,6 +132,7 @@ class BeadRun:
     begun: PostponedRun | None = None
     full_searches: int = 0
     lost: bool = False
+    doubtful: tuple[DoubtfulBead, ...] = ()
 
     @property
     def done(self) -> int:
@@ -155,11 +158,18 @@ class PlannedRun:
         plan: of its beads; of a run that went on from a postponed one, up to the next.
         lost: whether a bead is known not to come out whole.
         postponed: the run up to the first bead that was postponed; None where none was.
+        doubtful: the beads that were postponed.
     """
 
     plan: PartPlan
     lost: bool
     postponed: PostponedRun | None
+    doubtful: tuple[DoubtfulBead, ...] = ()
+
+    def with_bead(self, bead: BeadPlan) -> PlannedRun:
+        """The same with a bead that is known to be lost in the place of one that was left open."""
+        beads = tuple(bead if bead.first == other.first else other for other in self.plan.beads)
+        return replace(self, plan=replace(self.plan, beads=beads), lost=True)
 
 
 def plan_runs(
@@ -168,6 +178,8 @@ def plan_runs(
     progress: Progress | None = None,
 ) -> list[PartPlan]:
     """Plan the runs of a part; postponed beads come last, and are searched in full only as long as no bead is lost.
+
+    Before any is searched in full, it is looked whether one of them is cut, which costs much less.
 
     Args:
         runs: all beads of the part, in order.
@@ -182,6 +194,9 @@ def plan_runs(
     postponed = _postponed(found)
     if not postponed or any(run.lost for run in found):
         return [run.plan for run in found]
+    found = _with_a_cut(runs, found, planned, progress)
+    if any(run.lost for run in found):
+        return [run.plan for run in found]
     searches = 1
     goes_on = [replace(runs[k], begun=found[k].postponed) for k in postponed]
     with counted_progress(progress, "beads from postponed ones on", sum(run.beads_left for run in goes_on)) as count:
@@ -194,6 +209,26 @@ def plan_runs(
     return [run.plan for run in found]
 
 
+def _with_a_cut(
+    runs: Sequence[BeadRun],
+    found: Sequence[PlannedRun],
+    planned: Callable[[Sequence[BeadRun], Callable[[], None]], list[PlannedRun]],
+    progress: Progress | None,
+) -> list[PlannedRun]:
+    """The same with one bead that is found to be cut: of the last runs, for what is laid last has most in its way."""
+    out = list(found)
+    some = [k for k, run in enumerate(found) if run.doubtful][: -RUNS_LOOKED_AT - 1 : -1]
+    with counted_progress(
+        progress, "postponed beads", sum(min(len(found[k].doubtful), LOOKED_AT) for k in some)
+    ) as count:
+        for k in some:
+            cut = planned([replace(runs[k], doubtful=found[k].doubtful)], count)[0]
+            if cut.lost:
+                out[k] = found[k].with_bead(cut.plan.beads[0])
+                break
+    return out
+
+
 def _postponed(found: Sequence[PlannedRun]) -> list[int]:
     return [k for k, run in enumerate(found) if run.postponed is not None]
 
@@ -203,8 +238,8 @@ def plan_run(context: Context, run: BeadRun, count: Callable[[], None]) -> Plann
 
     A bead that the quick search does not find, and that may cost more than the budget of a lost part allows, is
     postponed. In the first round the beads after it are planned as if it had not been there, to learn whether the part
-    is infeasible anyway. A run that goes on from a postponed bead searches in full as many such beads as
-    it may (``full_searches``), and ends before the next.
+    is infeasible anyway; in the second it is looked whether postponed beads are cut. A run that goes on from a
+    postponed bead searches in full as many such beads as it may (``full_searches``), and ends before the next.
 
     Args:
         context: what the search needs.
@@ -212,8 +247,11 @@ def plan_run(context: Context, run: BeadRun, count: Callable[[], None]) -> Plann
         count: called for every bead.
 
     Returns:
-        What became of them; no travel leads to the first.
+        What became of them; no travel leads to the first. Of a run of doubtful beads the first one that is cut alone.
     """
+    if run.doubtful:
+        cut = first_cut_of(context, run.doubtful, count)
+        return PlannedRun(PartPlan(() if cut is None else (cut,), (), {}), cut is not None, None)
     return _RunSearch(context, run).planned(count)
 
 
@@ -223,7 +261,8 @@ class _RunSearch:
     def __init__(self, context: Context, run: BeadRun) -> None:
         self.context, self.run = context, run
         self.reduced = reduced_budget(context)
-        self.judge = InfeasiblePartJudge(context, run.firsts[0], run.share, run.full_searches)
+        full_searches, cuts_known = run.full_searches, run.begun is not None
+        self.judge = InfeasiblePartJudge(context, run.firsts[0], run.share, full_searches, cuts_known=cuts_known)
         self.beads: list[BeadPlan] = []
         self.travels: list[TravelPath] = []
         self.travel_failures: dict[int, Failure] = {}
@@ -255,7 +294,7 @@ class _RunSearch:
             self.beads.append(bead)
             last = bead.stretches[-1] if bead.stretches else last
             count()
-        return PlannedRun(self._plan(), self.judge.lost, self.postponed)
+        return PlannedRun(self._plan(), self.judge.lost, self.postponed, tuple(self.judge.doubtful))
 
     def _plan(self) -> PartPlan:
         home = self.ahead.home_travels(self.beads) if self.beads else (None, None)

@@ -146,6 +146,27 @@ class StationSearch:
         left = np.isfinite(self.cost) & (self.known != HIT)
         return not left.any(axis=(1, 2)).all()
 
+    def cut_between(self) -> list[tuple[int, int]]:
+        """Pairs of neighbouring stations between which it found no way in a branch, those of most branches first."""
+        count = len(self.rolls)
+        most = ROLL_SAMPLES_APART if count > 2 * ROLL_SAMPLES_APART else min(count - 1, 1)
+        left = np.isfinite(self.cost) & (self.known != HIT)
+        ends = []
+        come = left[0]
+        for s in range(1, len(self.at)):
+            around = come.copy()
+            for shift in range(1, most + 1):
+                around[:, shift:] |= come[:, :-shift]
+                around[:, :-shift] |= come[:, shift:]
+                if self.context.window.is_full:
+                    around[:, :shift] |= come[:, -shift:]
+                    around[:, -shift:] |= come[:, :shift]
+            on = around & left[s]
+            ends += [s] * int((come.any(axis=1) & ~on.any(axis=1)).sum())
+            come = on
+        some, times = np.unique(ends, return_counts=True)
+        return [(int(self.at[s - 1]), int(self.at[s])) for s in some[np.argsort(-times, kind="stable")].astype(int)]
+
     def _cheapest(self, q: Floats, roll: Floats, cost: Floats) -> tuple[int, Ints] | None:
         """The cheapest way through nodes (j, t, 1, b) at rolls (t, b): mostly one on which the roll stays as it is."""
         stay = banded.prices(self.chain, q, roll, self.bounds, STILL, circular=False)

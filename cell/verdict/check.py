@@ -236,7 +236,9 @@ def _rows(plan: PartPlan, aside: dict[int, Failure]) -> dict[int, TargetVerdict]
             targets = range(stretch.first, stretch.stop)
             rows.update((i, TargetVerdict(None, q)) for i, q in zip(targets, stretch.q_targets, strict=True))
         rows.update((i, failed(m.failure, i, m.attempt)) for i, m in bead.target_failures.items())
-        rows.update((i, failed(failure, i, rows[i].q)) for i, failure in bead.edge_failures.items())
+        # of a bead that is cut there is no configuration
+        known = {i: rows[i].q for i in bead.edge_failures if i in rows}
+        rows.update((i, failed(failure, i, known.get(i))) for i, failure in bead.edge_failures.items())
     rows.update((i, TargetVerdict(None, None, looked_at=False)) for bead in plan.beads for i in bead.open)
     # at home the arm may be in the way whether the bead at its end was checked or not
     rows.update((i, failed(failure, i, rows[i].q)) for i, failure in plan.travel_failures.items())

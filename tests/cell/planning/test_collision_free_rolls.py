@@ -11,7 +11,7 @@ from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.planning.collision_free_rolls import (
     FINEST,
-    _KnownRolls,
+    KnownRolls,
     _may_hide,
     _open_between,
     _spread,
@@ -58,13 +58,13 @@ def test_a_free_roll_is_looked_at_however_narrow_the_room_is_between_what_holds_
     assert closed > 1000  # what is held all of the way is left out
 
 
-def looked(room: tuple[float, float], held: tuple[float, float]) -> _KnownRolls:
+def looked(room: tuple[float, float], held: tuple[float, float]) -> KnownRolls:
     """Two neighbouring rolls 10 degrees apart, in which the arm's one joint turns by 10 degrees."""
     roll = np.deg2rad([0.0, 10.0])
     none = np.zeros(2, dtype=int)
     q = np.deg2rad([[0.0], [10.0]])
     pair = np.full((2, 2), -1)
-    return _KnownRolls(none, none, roll, q, np.array(room), np.array(held), pair, np.full((2, 3), np.nan))
+    return KnownRolls(none, none, roll, q, np.array(room), np.array(held), pair, np.full((2, 3), np.nan))
 
 
 @pytest.mark.parametrize("share", [0.05, 0.5, 0.95, 1.05])

@@ -19,7 +19,7 @@ from cell.part_chunks.chunk_starts import beginnings
 from cell.part_chunks.chunking import Chunking
 from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
-from cell.planning.collision_free_rolls import _checked_rolls, collision_free_rolls, free_nowhere
+from cell.planning.collision_free_rolls import checked_rolls, collision_free_rolls, free_nowhere
 from cell.planning.context import Context
 from cell.planning.edges.edge_check import SearchedBead
 from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone, unreachable
@@ -209,7 +209,7 @@ def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with, away_m
     some = np.arange(0, len(context.deposits_before), max(len(context.deposits_before) // 8, 1))
     rolls = np.deg2rad(np.arange(-180, 180, 20.0))
     target, roll = np.repeat(some, len(rolls)), np.tile(rolls, len(some))
-    looked = _checked_rolls(context, target, roll)
+    looked = checked_rolls(context, target, roll)
     held = np.flatnonzero(looked.held > 0)
     assert len(held) > 10
     if away_mm >= 30:  # of these some are free at other rolls
