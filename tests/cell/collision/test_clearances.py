@@ -81,6 +81,23 @@ def test_nothing_within_reach_is_missed(tmp_path, few, reach):
         assert np.all(alike | own | (true < 0))
 
 
+def test_what_is_laid_is_each_configurations_own(tmp_path):
+    """Configurations with more and less of the part laid, in one call, see what a call for each sees."""
+    job = job_of(boss_case(tmp_path, roll="free"))
+    scene, rng = job.scene, np.random.default_rng(6)
+    q = near_the_part(job, 250, rng)
+    laid = rng.choice([0, 1, scene.n_deposits], len(q))
+    checker = Checker(scene, TABLE, 0.05)
+    alone = [checker.clearances(q[i : i + 1], laid[i : i + 1]).distance[0] for i in range(len(q))]
+    assert checker.clearances(q, laid).distance == pytest.approx(alone, abs=SAME)
+    bare, whole = (checker.clearances(q, np.full(len(q), n)).distance for n in (0, scene.n_deposits))
+    matters = bare > whole + SAME
+    assert (matters & (laid == 0)).sum() >= 3
+    assert (matters & (laid == scene.n_deposits)).sum() >= 3
+    within = checker.pairs_within(q, laid, 0.05)
+    assert np.array_equal(np.unique(within.row), np.flatnonzero(np.array(alone) < 0.05))
+
+
 def test_small_shapes_in_one_another_are_found_from_however_far_is_looked(tmp_path):
     """Of small shapes that penetrate MuJoCo's distance is off by a share of how far it looks."""
     pytest.importorskip("coal")
