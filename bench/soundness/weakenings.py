@@ -280,6 +280,7 @@ MUTANTS = (
     Mutant("cell/planning/collision_free_rolls.py", "< MOST_DETOUR * context.screen", "< 0.1 * MOST_DETOUR * context.screen", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
     Mutant("cell/planning/infeasible_part.py", "rest = frozenset(range(first, stop)) - target_failures.keys()", "rest = frozenset[int]()", ("cell/planning/test_infeasible_part.py",)),
     Mutant("cell/planning/part_plan.py", "if not postponed or any(run.lost for run in found):", "if True:", ("cell/planning/test_part_plan.py",)),
+    Mutant("cell/planning/part_plan.py", "judge = InfeasiblePartJudge(context, first, share, full_searches=0)", "judge = InfeasiblePartJudge(context, first, share, full_searches=1)", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/part_plan.py", "full_searches=searches, lost=lost)", "full_searches=searches)", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/infeasible_part.py", "            if not target_failures and self.full_searches <= 0:\n", "            if False:\n", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/bead_cut.py", ">= MOST_DETOUR * way", ">= 0.0 * way", (CUTS,)),

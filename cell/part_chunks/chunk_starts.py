@@ -25,7 +25,7 @@ from .chunking import Chunk
 TRIED_TOGETHER = 8  # configurations at a time
 
 
-def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead, list[Floats | None]]:
+def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead | None, list[Floats | None]]:
     """The first bead, and where the arm comes from to each chunk.
 
     Args:
@@ -33,11 +33,12 @@ def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[KnownBead, li
         chunks: of the part, in order; two at least.
 
     Returns:
-        The plan of the first bead, and for each chunk a configuration, (j,), rad; None where none is known.
+        The plan of the first bead, None where it is postponed; and for each chunk a configuration, (j,), rad, None
+        where none is known.
     """
     first, start = chunks[0], context.span.start
     known = _first_bead(context, first.firsts, first.stop, 1 / len(chunks))
-    stretches = known.bead.stretches
+    stretches = () if known is None else known.bead.stretches
     q = stretches[-1].q_targets[-1] if stretches else start
     found: list[Floats | None] = [start]
     before = [chunk.firsts[0] - 1 for chunk in chunks[1:]]
@@ -62,10 +63,15 @@ def with_first_bead(context: Context, run: BeadRun) -> BeadRun:
         The chunk, to be planned.
     """
     known = _first_bead(context, run.firsts, run.stop, run.share)
-    return replace(run, known=known, lost=not known.bead.whole)
+    return replace(run, known=known, lost=is_lost(known))
 
 
-def _first_bead(context: Context, firsts: Sequence[int], stop: int, share: float) -> KnownBead:
+def is_lost(known: KnownBead | None) -> bool:
+    """Whether the part is lost by its first bead."""
+    return known is not None and not known.bead.whole
+
+
+def _first_bead(context: Context, firsts: Sequence[int], stop: int, share: float) -> KnownBead | None:
     """The first bead of the part, and of its first chunk."""
     stop = firsts[1] if len(firsts) > 1 else stop
     return known_bead(context, firsts[0], stop, context.span.start, share)

@@ -26,7 +26,7 @@ from ..processes.work_round import Aside, Task
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
 from ..progress import Progress
-from .chunk_starts import beginnings, with_first_bead
+from .chunk_starts import beginnings, is_lost, with_first_bead
 from .chunking import Chunk, Shared, pool_for_chunks
 from .joins import JoinedBead, join_to, same_end, turned_to_chunk_before
 from .runs_ahead import RunsAhead
@@ -61,7 +61,7 @@ class _BesidePlanning(Aside):
 
     def __call__(self) -> None:
         known, q_before = beginnings(self._context, self._chunks)
-        lost = not known.bead.whole
+        lost = is_lost(known)
         self.runs[:] = [replace(run, q_before=q, lost=lost) for run, q in zip(self.runs, q_before, strict=True)]
         self.runs[0] = replace(self.runs[0], known=known)
         self._worth_it = self._meanwhile is None or bool(self._meanwhile())
@@ -128,7 +128,7 @@ def join_chunks(
 
 def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PlannedRun:
     first = run.firsts[0] == shared.context.span.first
-    if first and run.known is None and run.begun is None:
+    if first and run.known is None and run.begun is None and not run.doubtful:
         run = with_first_bead(shared.context, run)
     return plan_run(shared.context, run, tick)
 

@@ -342,7 +342,7 @@ class _RunSearch:
         return bead
 
 
-def known_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> KnownBead:
+def known_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> KnownBead | None:
     """The first bead of a run, planned as the run would plan it.
 
     Args:
@@ -353,12 +353,11 @@ def known_bead(context: Context, first: int, stop: int, q_before: Floats | None,
         share: as of the run.
 
     Returns:
-        The bead.
+        The bead; None where the run would postpone it.
     """
-    judge = InfeasiblePartJudge(context, first, share, full_searches=1)
+    judge = InfeasiblePartJudge(context, first, share, full_searches=0)
     bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
-    assert bead is not None  # one may be searched in full
-    return KnownBead(bead, judge.spent)
+    return None if bead is None else KnownBead(bead, judge.spent)
 
 
 def travel_failure(travel: Failure, last: Stretch, first: int) -> Failure:

@@ -10,14 +10,17 @@ import pytest
 from support.jobs.layered_boss import context_of, layered_job
 
 from cell.job.job import Job
+from cell.part_chunks import chunk_starts
 from cell.part_chunks.chunked_plan import plan_in_chunks
 from cell.part_chunks.chunking import Chunking, Shared
 from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.beads_ahead import BeadsAhead
+from cell.planning.context import Context
 from cell.planning.infeasible_part import Judged
-from cell.planning.part_plan import BeadRun, PartPlan, PlannedRun, PostponedRun, plan_part, plan_runs
+from cell.planning.part_plan import BeadRun, KnownBead, PartPlan, PlannedRun, PostponedRun, plan_part, plan_runs
 from cell.planning.station_search import StationSearch
+from ik.chain import Floats
 
 FOUR = Chunking(0, 8)  # four chunks of ten beads
 EMPTY = PartPlan((), (), {})
@@ -45,6 +48,11 @@ def same(one: PartPlan, two: PartPlan) -> bool:
         and all(np.array_equal(a.q, b.q) for a, b in travels)
         and one.travel_failures == two.travel_failures
     )
+
+
+def first_bead_in_full(context: Context, first: int, stop: int, q_before: Floats | None, _: float) -> KnownBead:
+    """The first bead as it is found where it need not be postponed."""
+    return KnownBead(part_plan.plan_bead(context, first, stop, q_before), 0.0)
 
 
 def out_of_reach(job: Job, *layers: int) -> Job:
@@ -77,7 +85,9 @@ def every_bead_postponed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[
 
 
 @pytest.mark.parametrize("chunking", [None, FOUR], ids=["one chunk", "four"])
-def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_bead_postponed, chunking):
+def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_bead_postponed, chunking, monkeypatch):
+    """But for the first bead of several chunks, whose end is where the others are begun from."""
+    monkeypatch.setattr(chunk_starts, "known_bead", first_bead_in_full)
     at_once = every_bead_postponed(no_budget=False)
     plan = planned(job, chunking)
     assert all(bead.whole for bead in plan.beads)
@@ -94,6 +104,17 @@ def test_where_a_bead_is_lost_postponed_ones_are_never_searched_in_full(job, eve
     assert searched == []
     assert plan.beads[-1].target_failures
     assert all(not bead.whole and bead.open and not bead.stretches for bead in plan.beads[:-1])
+
+
+def test_the_first_bead_of_several_chunks_is_postponed_like_any_other(job, every_bead_postponed):
+    searched = every_bead_postponed(no_budget=True)
+    plan = planned(out_of_reach(job, int(job.targets.layer.max())), FOUR)
+    assert searched == []
+    assert plan.beads[-1].target_failures
+    assert not plan.beads[0].whole
+    assert plan.beads[0].open
+    assert all(bead.whole for bead in planned(job, FOUR).beads)
+    assert sorted(searched) == [bead.first for bead in plan.beads]
 
 
 def run_of(name: int, beads: int = 8) -> BeadRun:
