@@ -1,6 +1,6 @@
 """One round of work: items handed out one by one, to workers and to this process, until all are back.
 
-    found = WorkRound(work, workers, send, tick).results(meanwhile)
+    found = WorkRound(work, workers, send, tick, path).results()
 
 This process works like the others. Meanwhile a thread of its own hears what workers say, so that none of them waits
 until an item is done here. The next free process takes the next item; results do not depend on which one that is.
