@@ -287,7 +287,7 @@ MUTANTS = (
     Mutant("cell/planning/bead_cut.py", ">= MOST_DETOUR * way", ">= 0.0 * way", (CUTS,)),
     Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector", (CUTS,)),
     Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector % max(len(blocked), 1)", (CUTS,)),
-    Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut.plan.beads[0])\n", "", (CUTS,)),
+    Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut)\n", "", (CUTS,)),
     Mutant("cell/planning/infeasible_part.py", "        self.spent += spent\n        if not bead.whole:", "        if not bead.whole:\n            self.spent += spent", (CUTS,)),
     Mutant("cell/planning/blocking_layers.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_blocking_layers.py",)),
     Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),

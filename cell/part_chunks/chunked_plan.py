@@ -103,7 +103,7 @@ def plan_in_chunks(
             return workers.run(_planned, shared, some, count, [run.targets_left for run in some])
         return workers.run(_planned, shared, some, count, None, beside)
 
-    return join_chunks(shared, plan_runs(beside.runs, planned, progress), workers, beside.ahead)
+    return join_chunks(shared, plan_runs(context, beside.runs, planned, progress), workers, beside.ahead)
 
 
 def join_chunks(
@@ -128,7 +128,7 @@ def join_chunks(
 
 def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PlannedRun:
     first = run.firsts[0] == shared.context.span.first
-    if first and run.known is None and run.begun is None and not run.doubtful:
+    if first and run.known is None and run.begun is None:
         run = with_first_bead(shared.context, run)
     return plan_run(shared.context, run, tick)
 

@@ -42,14 +42,13 @@ from .collision_free_rolls import (
     rolls_sampled,
     with_rolls_between,
 )
-from .configurations import nodes_at_rolls
+from .configurations import BRANCHES, nodes_at_rolls
 from .context import FINER_ROLLS, Context
 from .edges.edge_check import SearchedBead
 from .edges.edge_tracking import EdgePoses
 from .stations import Spacing, nodes_of_poses, stations
 
 Bools = NDArray[np.bool_]
-BRANCHES = 8  # of the closed form
 SEARCHED = 12  # targets among which a cut is searched as well, to say why it is one
 AROUND = 1  # stations on either side of where a bead may be cut that are looked at as well
 MOST_NEAR, MOST_PLACES = 3, 24  # such stretches of a bead, and places of each

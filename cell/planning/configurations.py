@@ -27,6 +27,7 @@ from ..units import MARGIN_UNITS
 NEAR_LIMIT = np.deg2rad(10.0)  # joints closer to a limit than this cost extra
 NEAR_COST = 0.3  # s that a node is worth avoiding at the clearance itself; nothing at twice as much
 CHUNK = 4096  # poses a pass, to keep memory flat
+BRANCHES = 8  # configurations of a target at a roll, in closed form
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,7 @@ from .bead_cut import cut_bead, may_be_cut
 from .bead_outcome import BeadPlan, TargetFailure
 from .bead_search import BeadSearch
 from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhere
-from .configurations import nodes_at_rolls
+from .configurations import BRANCHES, nodes_at_rolls
 from .context import FINER_ROLLS, Context
 from .edges.edge_check import SearchedBead
 from .station_search import HIT, Ends, StationSearch
@@ -43,7 +43,6 @@ FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, 
 LARGE_FLOOR = 100  # of all others
 PER_TARGET = 1  # and for each of its targets
 EASY = 5  # configurations that a target of a bead that comes out whole may take; what it takes beyond is charged
-BRANCHES = 8  # configurations of a target at a roll
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
 TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
 LOOKED_AT = 3  # postponed beads of which it is looked whether they are cut, before any is searched in full

@@ -77,7 +77,7 @@ def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None 
     def planned(runs: Sequence[BeadRun], count: Callable[[], None]) -> list[PlannedRun]:
         return [plan_run(context, run, count) for run in runs]
 
-    return plan_runs([BeadRun(tuple(firsts), span.stop, span.start)], planned, progress)[0]
+    return plan_runs(context, [BeadRun(tuple(firsts), span.stop, span.start)], planned, progress)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,6 @@ class BeadRun:
         begun: where to go on; None: at the first bead.
         full_searches: how many postponed beads may be searched in full, from there on.
         lost: whether the part is known to be lost.
-        doubtful: beads that were postponed, first and stop, of which only cuts are to be found.
     """
 
     firsts: tuple[int, ...]
@@ -132,7 +131,6 @@ class BeadRun:
     begun: PostponedRun | None = None
     full_searches: int = 0
     lost: bool = False
-    doubtful: tuple[DoubtfulBead, ...] = ()
 
     @property
     def done(self) -> int:
@@ -173,6 +171,7 @@ class PlannedRun:
 
 
 def plan_runs(
+    context: Context,
     runs: Sequence[BeadRun],
     planned: Callable[[Sequence[BeadRun], Callable[[], None]], list[PlannedRun]],
     progress: Progress | None = None,
@@ -182,6 +181,7 @@ def plan_runs(
     Before any is searched in full, it is looked whether one of them is cut, which costs much less.
 
     Args:
+        context: what the search needs.
         runs: all beads of the part, in order.
         planned: plans some runs, in order, in this process or others; calls its second argument for every bead.
         progress: called with how far it is.
@@ -194,7 +194,7 @@ def plan_runs(
     postponed = _postponed(found)
     if not postponed or any(run.lost for run in found):
         return [run.plan for run in found]
-    found = _with_a_cut(runs, found, planned, progress)
+    found = _with_a_cut(context, found, progress)
     if any(run.lost for run in found):
         return [run.plan for run in found]
     searches = 1
@@ -209,22 +209,16 @@ def plan_runs(
     return [run.plan for run in found]
 
 
-def _with_a_cut(
-    runs: Sequence[BeadRun],
-    found: Sequence[PlannedRun],
-    planned: Callable[[Sequence[BeadRun], Callable[[], None]], list[PlannedRun]],
-    progress: Progress | None,
-) -> list[PlannedRun]:
+def _with_a_cut(context: Context, found: Sequence[PlannedRun], progress: Progress | None) -> list[PlannedRun]:
     """The same with one bead that is found to be cut: of the last runs, for what is laid last has most in its way."""
     out = list(found)
     some = [k for k, run in enumerate(found) if run.doubtful][: -RUNS_LOOKED_AT - 1 : -1]
-    with counted_progress(
-        progress, "postponed beads", sum(min(len(found[k].doubtful), LOOKED_AT) for k in some)
-    ) as count:
+    looks = sum(min(len(found[k].doubtful), LOOKED_AT) for k in some)
+    with counted_progress(progress, "postponed beads", looks) as count:
         for k in some:
-            cut = planned([replace(runs[k], doubtful=found[k].doubtful)], count)[0]
-            if cut.lost:
-                out[k] = found[k].with_bead(cut.plan.beads[0])
+            cut = first_cut_of(context, found[k].doubtful, count)
+            if cut is not None:
+                out[k] = found[k].with_bead(cut)
                 break
     return out
 
@@ -238,8 +232,8 @@ def plan_run(context: Context, run: BeadRun, count: Callable[[], None]) -> Plann
 
     A bead that the quick search does not find, and that may cost more than the budget of a lost part allows, is
     postponed. In the first round the beads after it are planned as if it had not been there, to learn whether the part
-    is infeasible anyway; in the second it is looked whether postponed beads are cut. A run that goes on from a
-    postponed bead searches in full as many such beads as it may (``full_searches``), and ends before the next.
+    is infeasible anyway. A run that goes on from a postponed bead searches in full as many such beads as it may
+    (``full_searches``), and ends before the next.
 
     Args:
         context: what the search needs.
@@ -247,11 +241,8 @@ def plan_run(context: Context, run: BeadRun, count: Callable[[], None]) -> Plann
         count: called for every bead.
 
     Returns:
-        What became of them; no travel leads to the first. Of a run of doubtful beads the first one that is cut alone.
+        What became of them; no travel leads to the first.
     """
-    if run.doubtful:
-        cut = first_cut_of(context, run.doubtful, count)
-        return PlannedRun(PartPlan(() if cut is None else (cut,), (), {}), cut is not None, None)
     return _RunSearch(context, run).planned(count)
 
 

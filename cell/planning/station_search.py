@@ -146,10 +146,15 @@ class StationSearch:
         left = np.isfinite(self.cost) & (self.known != HIT)
         return not left.any(axis=(1, 2)).all()
 
+    @property
+    def _samples_apart(self) -> int:
+        """Samples that the roll may change between stations."""
+        count = len(self.rolls)
+        return ROLL_SAMPLES_APART if count > 2 * ROLL_SAMPLES_APART else min(count - 1, 1)
+
     def cut_between(self) -> list[tuple[int, int]]:
         """Pairs of neighbouring stations between which it found no way in a branch, those of most branches first."""
-        count = len(self.rolls)
-        most = ROLL_SAMPLES_APART if count > 2 * ROLL_SAMPLES_APART else min(count - 1, 1)
+        most = self._samples_apart
         left = np.isfinite(self.cost) & (self.known != HIT)
         ends = []
         come = left[0]
@@ -233,9 +238,8 @@ class StationSearch:
             largest=np.minimum(np.diff(far[self.at]), np.pi),
             roll_step=steps * self.roll_step,
         )
-        count = len(self.rolls)
-        most = ROLL_SAMPLES_APART if count > 2 * ROLL_SAMPLES_APART else min(count - 1, 1)
-        rolls = np.broadcast_to(self.rolls, (len(self.at), count))
+        most = self._samples_apart
+        rolls = np.broadcast_to(self.rolls, (len(self.at), len(self.rolls)))
         shifts = np.arange(-most, most + 1)
         full = self.context.window.is_full
         return banded.prices(self.chain, self.q, rolls, wider, shifts, circular=full), shifts

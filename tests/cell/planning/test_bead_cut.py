@@ -184,17 +184,15 @@ def test_few_postponed_beads_are_looked_at_before_any_is_searched(boss, monkeypa
     beads = [DoubtfulBead(10 * k, 10 * k + 9 - k % 2, ((0, 5),)) for k in range(8)]
     run = BeadRun(tuple(bead.first for bead in beads), 80, None)
     postponed = PostponedRun(PartPlan((), (), {}), Judged())
-    asked: list[int] = []
+    rounds: list[int] = []
 
-    def planned(some: Sequence[BeadRun], count: Callable[[], None]) -> list[PlannedRun]:
-        asked.append(len(some[0].doubtful))
-        if not some[0].doubtful:  # the first round, and the search in full once nothing was found to be cut
-            first = all(one.begun is None for one in some)
-            return [PlannedRun(PartPlan((), (), {}), False, postponed if first else None, tuple(beads)) for _ in some]
-        return [part_plan.plan_run(boss, one, count) for one in some]
+    def planned(some: Sequence[BeadRun], _: Callable[[], None]) -> list[PlannedRun]:
+        rounds.append(len(looked))
+        first = all(one.begun is None for one in some)
+        return [PlannedRun(PartPlan((), (), {}), False, postponed if first else None, tuple(beads)) for _ in some]
 
-    plan_runs([run, run, run], planned)
-    assert asked == [0, 8, 8, 0]
+    plan_runs(boss, [run, run, run], planned)
+    assert rounds == [0, 10]  # all looks come between the first round and the search in full
     of_one = [(70, False), (60, False), (50, False), (70, True), (50, True)]
     assert looked == of_one + of_one
 

@@ -138,27 +138,27 @@ class Planner:
         return list(self.answers.pop(0))
 
 
-def test_runs_without_postponed_beads_are_planned_once():
+def test_runs_without_postponed_beads_are_planned_once(job):
     planner = Planner([PlannedRun(EMPTY, False, None), PlannedRun(EMPTY, True, None)])
-    assert plan_runs([run_of(0), run_of(1)], planner) == [EMPTY, EMPTY]
+    assert plan_runs(context_of(job), [run_of(0), run_of(1)], planner) == [EMPTY, EMPTY]
     assert planner.asked == [[(0, 0, 0, False), (100, 0, 0, False)]]
 
 
-def test_a_loss_in_one_run_settles_the_postponed_beads_of_all_others():
+def test_a_loss_in_one_run_settles_the_postponed_beads_of_all_others(job):
     first = PartPlan((), (), {})
     planner = Planner([PlannedRun(first, False, up_to(2)), PlannedRun(EMPTY, True, None)])
-    assert plan_runs([run_of(0), run_of(1)], planner)[0] is first
+    assert plan_runs(context_of(job), [run_of(0), run_of(1)], planner)[0] is first
     assert len(planner.asked) == 1
 
 
-def test_postponed_beads_are_searched_in_rounds_of_more_and_more_until_one_is_lost():
+def test_postponed_beads_are_searched_in_rounds_of_more_and_more_until_one_is_lost(job):
     planner = Planner(
         [PlannedRun(EMPTY, False, up_to(1)), PlannedRun(EMPTY, False, None), PlannedRun(EMPTY, False, up_to(2))],
         [PlannedRun(EMPTY, False, up_to(3)), PlannedRun(EMPTY, False, up_to(4))],
         [PlannedRun(EMPTY, False, up_to(6)), PlannedRun(EMPTY, True, None)],
         [PlannedRun(EMPTY, True, None)],
     )
-    plan_runs([run_of(0), run_of(1), run_of(2)], planner)
+    plan_runs(context_of(job), [run_of(0), run_of(1), run_of(2)], planner)
     assert planner.asked[1:] == [
         [(0, 1, 1, False), (200, 2, 1, False)],
         [(0, 3, 2, False), (200, 4, 2, False)],
