@@ -140,7 +140,7 @@ def _judged(job: Job, read: ReadMotion) -> MotionResult:
         wire_angle=_most(on.wire_angle, fine, read),
         use=np.nanmax(use, axis=1),
         held_speed=order.held_speed,
-        warnings=(*job.warnings, *_past_horizontal(job, motion, fine, on)),
+        warnings=(*job.warnings, *_past_horizontal(job, motion, rows)),
     )
 
 
@@ -278,10 +278,14 @@ def _off_upright(job: Job, sampled: SampledMotion, on: OnBead) -> Floats:
     return np.asarray(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)))
 
 
-def _past_horizontal(job: Job, motion: Motion, fine: SampledMotion, on: OnBead) -> tuple[str, ...]:
-    steepest = np.zeros(len(job.targets))
-    np.maximum.at(steepest, motion.target[fine.row], _off_upright(job, fine, on))
-    return past_horizontal(job.case, steepest)
+def _past_horizontal(job: Job, motion: Motion, rows: SampledMotion) -> tuple[str, ...]:
+    """As of a check of the part: every target with the table as it is where the arc comes to it."""
+    on = np.flatnonzero(np.asarray(motion.arc) == 1)
+    target, first = np.unique(motion.target[on], return_index=True)
+    up = job.scene.T_world_base()[2, :3] @ rows.T_base_part[on[first], :3, :3]  # part frame
+    off_upright = np.zeros(len(job.targets))
+    off_upright[target] = np.arccos(np.clip((up * job.targets.normal[target]).sum(axis=1), -1.0, 1.0))
+    return past_horizontal(job.case, off_upright)
 
 
 def _gravity_findings(job: Job, sampled: SampledMotion, on: OnBead) -> list[Finding]:

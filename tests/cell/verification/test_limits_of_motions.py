@@ -14,6 +14,7 @@ from support.jobs.boss_motion import boss_case, job_of, result_of
 
 from cell.failure import Kind
 from cell.job.job import Job
+from cell.job.overhang_check import HORIZONTAL_DEG
 from cell.motion.motion import Motion
 from cell.motion.motion_file import ReadMotion
 from cell.verdict.failure_words import failure_in_words
@@ -68,6 +69,17 @@ def test_how_far_off_upright_beads_are_laid(good: Result, folder: Path) -> None:
     found = look(asked(folder, gravity_max_deg=steepest - 0.05), good.motion)
     assert reasons(found) == {"gravity"}
     assert max(f.failure.measure for f in found.findings) == pytest.approx(steepest, abs=1e-3)
+
+
+def test_targets_past_the_horizontal_are_counted_as_by_a_check(folder: Path) -> None:
+    # where the table makes some of a bead's targets hang, its last ones among them
+    result = result_of(boss_case(folder, "level", table={"E1_deg": 2, "E2_deg": 60}))
+    assert result.motion is not None
+    (line,) = (str(warning) for warning in result.warnings if "past the horizontal" in str(warning))
+    hang = np.rad2deg(result.gravity) > HORIZONTAL_DEG
+    assert 0 < hang.sum() < len(hang)
+    assert hang[np.flatnonzero(np.diff(result.job.targets.bead, append=-1))].any()
+    assert line in [str(warning) for warning in look(result.job, result.motion).warnings]
 
 
 @pytest.mark.parametrize("side", ["lower", "upper"])
