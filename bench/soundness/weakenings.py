@@ -33,7 +33,7 @@ STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
-INNER = "cell/programs/krl/test_inner_calls.py"
+INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_overhang_check.py"
 
@@ -266,6 +266,19 @@ MUTANTS = (
     Mutant("cell/programs/krl/execution.py", "if any(True for of in _expressions_of(one) for _ in calls_of(of)):", "if False:", (INNER,)),
     Mutant("cell/programs/krl/line_forms.py", "    if names:\n        yield Statement(\"inner\"", "    if not names:\n        yield Statement(\"inner\"", (INNER,)),
     Mutant("cell/programs/krl/execution.py", "self.function(inner.name, inner.arguments)", "pass", (INNER,)),
+    Mutant("cell/programs/krl/execution.py", "self.data.types.held(frame.part.returns, evaluate(statement.value, self), self)", "evaluate(statement.value, self)", (NUMBERS,)),
+    Mutant("cell/programs/krl/execution.py", "if parameter.out and isinstance(", "if False and isinstance(", (NUMBERS,)),
+    Mutant("cell/programs/krl/execution.py", "if self.data.variable(name) != count:", "if False:", (NUMBERS,)),
+    Mutant("cell/programs/krl/execution.py", "if any(integer(evaluate(of, self), self) != was for of, was in bounds):", "if False:", (NUMBERS,)),
+    Mutant("cell/programs/krl/syntax.py", "Parameter(parameter, out=not own)", "Parameter(parameter, out=False)", (NUMBERS,)),
+    Mutant("cell/programs/krl/data.py", "if {kind, reference.kind} == {INT, REAL}:", "if False:", (NUMBERS,)),
+    Mutant("cell/programs/krl/data.py", "        if isinstance(value, float) and not value.is_integer():\n", "        if False:\n", (NUMBERS,)),
+    Mutant("cell/programs/krl/data.py", "self.types.along(scope.kinds.get(name), accessors), value, self._run)", "None, value, self._run)", (NUMBERS,)),
+    Mutant("cell/programs/krl/value_types.py", "if known.get(c, kind) == kind else EITHER", "if True else EITHER", (NUMBERS,)),
+    Mutant("cell/programs/krl/value_types.py", "if kind == EITHER and isinstance(value, float)", "if False and isinstance(value, float)", (NUMBERS,)),
+    Mutant("cell/programs/krl/values.py", "if operator == \"/\" and found != x / y:", "if False:", (NUMBERS,)),
+    Mutant("cell/programs/krl/values.py", "if found < 0 and found % 1 == 0.5:", "if False:", (NUMBERS,)),
+    Mutant("cell/programs/krl/values.py", "lambda x: float(abs(x))", "abs", (NUMBERS,)),
     Mutant("cell/programs/program_check.py", "    yield from _bases(run)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _roots(run.program, job)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _externals(run.program, job)\n", "", (PROGRAMS,)),

@@ -7,7 +7,8 @@ Use:
     data.variable("$POS_ACT")                 # {"X": .., ..}, as far as it is known
 
 A name is looked for among the part's own variables, then in the .dat of its file, then among what .dat files give all,
-in ``$config.dat`` too, and last in the case: TOOL_DATA, BASE_DATA, MACHINE_DEF and HOME.
+in ``$config.dat`` too, and last in the case: TOOL_DATA, BASE_DATA, MACHINE_DEF and HOME. A parameter that is not IN
+stands for the caller's variable: what is assigned to it that has at once.
 """
 
 from __future__ import annotations
@@ -26,12 +27,14 @@ from .moving import EXTERNAL, position_now
 from .sources import SHARED, Sources
 from .state import ControllerState
 from .statements import Declaration, ParsedFile
+from .value_types import INT, REAL, ValueTypes, rounded_or_not
 from .values import (
     CARTESIAN,
     CoupledFrame,
     ListedFrame,
     MachineReference,
     UnknownValue,
+    component,
     element,
     evaluate,
     frame_dict,
@@ -40,14 +43,15 @@ from .values import (
     number,
     shown,
 )
+from .variable_scope import Accessors, Reference, VariableScope
 
-Accessors = tuple[str | tuple[int, ...], ...]
 DEFAULTS: dict[str, Any] = {
     "PDEFAULT": {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0},
     "FDEFAULT": {"TOOL_NO": 0.0, "BASE_NO": 0.0, "IPO_FRAME": "#BASE"},
 }
 MOST_ELEMENTS = 100_000  # of all arrays together
 HOMES = ("HOME", "XHOME")
+OF_CONTROLLER = ("TOOL_DATA", "BASE_DATA", "MACHINE_DEF", "EX_AX_DATA")
 
 
 class RunningCall(Protocol):
@@ -85,19 +89,6 @@ class ProgramRun(Protocol):
         """The value of a function that is not built in."""
 
 
-class VariableScope(dict[str, Any]):
-    """Variables by name, with the types of those that are declared."""
-
-    def __init__(self, values: dict[str, Any] | None = None) -> None:
-        super().__init__(values or {})
-        self.kinds: dict[str, str] = {}
-
-    def add(self, other: VariableScope) -> None:
-        """Take what others hold."""
-        self.update(other)
-        self.kinds |= other.kinds
-
-
 class Data:
     """The variables of a run."""
 
@@ -105,6 +96,7 @@ class Data:
         self._run = execution
         self._of_files: dict[int, VariableScope] = {}
         self._everywhere = VariableScope()
+        self.types = ValueTypes()
         self._elements = 0
         self._shared_read = False
 
@@ -143,6 +135,8 @@ class Data:
                     root, accessors = self.path(statement.value[0])
                     own = shared if root in shared else found
                     self._put(own, root, accessors, evaluate(statement.value[1], self._run))
+                elif statement.op == "structure":
+                    self.types.declare(*statement.value)
                 elif statement.op != "pass":
                     raise refuse(self._run.where, "a .dat file may hold only declarations and values")
             into.add(found)
@@ -155,8 +149,12 @@ class Data:
     def declare(self, one: Declaration, into: VariableScope) -> None:
         """Declare a variable among others, with its first value."""
         into.kinds[one.name] = one.kind
+        if one.name in into.references:
+            if one.value is not None:
+                raise refuse(self._run.where, f"gives parameter {quoted(one.name)} a value where it declares it")
+            return
         if one.value is None and one.name in into:  # a parameter, whose type stands in the body
-            into[one.name] = self._typed(one.kind, into[one.name])
+            into[one.name] = self.types.held(one.kind, into[one.name], self._run)
             return
         if one.value is None:
             into[one.name] = {} if one.array else UnknownValue(f"{one.name} has no value yet")
@@ -180,6 +178,8 @@ class Data:
         if name in ("TOOL_DATA", "BASE_DATA"):
             return lambda indices: self.listed(name, indices[0])
         for scope in self._scopes():
+            if name in scope.references:
+                return self._of_caller(scope.references[name], name, scope.kinds.get(name))
             if name in scope:
                 return scope[name]
         if name in ("MACHINE_DEF", "EX_AX_DATA"):
@@ -187,6 +187,48 @@ class Data:
             return lambda indices: MachineReference(indices[0] + first)
         self._declared_beside(name)
         return self._everywhere[name] if name in self._everywhere else self._last_resort(name)
+
+    def reference(self, argument: Expression) -> Reference:
+        """What a parameter stands for that is given a variable, or a part of one."""
+        root, accessors = self.path(argument)
+        if root.startswith("$") or root in OF_CONTROLLER:
+            return Reference(None, root, accessors, None)
+        known = self.parameter(root)
+        if known is not None:
+            kind = self._run.calls[-1].variables.kinds.get(root, known.kind)
+            self._alike(root, kind, known)
+            return Reference(known.scope, known.root, (*known.accessors, *accessors), self.types.along(kind, accessors))
+        if all(root not in scope for scope in self._scopes()):
+            self._declared_beside(root)
+        scope = next((scope for scope in self._scopes() if root in scope), self._everywhere)
+        return Reference(scope, root, accessors, self.types.along(scope.kinds.get(root), accessors))
+
+    def parameter(self, name: str) -> Reference | None:
+        """What a parameter of the part that runs stands for; None where the name is none, or has a value of its own."""
+        return self._run.calls[-1].variables.references.get(name) if self._run.calls else None
+
+    def _of_caller(self, reference: Reference, name: str, kind: str | None) -> Any:
+        """The value of what a parameter stands for."""
+        scope, root = reference.scope, reference.root
+        known = None if scope is None else scope.get(root)
+        value = known if known is not None else self.variable(root) if scope is None else self._last_resort(root)
+        for accessor in reference.accessors:
+            if isinstance(accessor, str):
+                value = component(value, accessor, self._run)
+            else:
+                value = element(value, accessor, self._run)
+        if isinstance(value, float) and not value.is_integer():
+            self._alike(name, kind, reference)
+        return value if kind is None else self.types.held(kind, value, self._run)
+
+    def _alike(self, name: str, kind: str | None, reference: Reference) -> None:
+        """Refuse a parameter whose type and that of what it stands for round differently."""
+        if {kind, reference.kind} == {INT, REAL}:
+            raise refuse(
+                self._run.where,
+                f"parameter {quoted(name)} is {kind} and stands for {quoted(reference.root)}, which is "
+                f"{reference.kind}: what it is converted to is not followed; :IN gives it a value of its own",
+            )
 
     def _last_resort(self, name: str) -> Any:
         home = self._run.controller.home
@@ -212,12 +254,24 @@ class Data:
         return target.name, tuple(reversed(accessors))
 
     def set(self, name: str, accessors: Accessors, value: Any) -> None:
-        """Assign to a variable of the program's own."""
+        """Assign to a variable of the program's own, or to what a parameter stands for."""
+        reference = self.parameter(name)
+        if reference is not None and reference.scope is not None:
+            kind = self._run.calls[-1].variables.kinds.get(name)
+            if not accessors:
+                self._alike(name, kind, reference)
+            value = self.types.held(self.types.along(kind, accessors), value, self._run)
+            self._assign(reference.scope, reference.root, (*reference.accessors, *accessors), value)
+            return
         if all(name not in scope for scope in self._scopes()):
             self._declared_beside(name)
         # what is declared nowhere belongs to all: a part's own variables have to be declared in it
         scope = next((scope for scope in self._scopes() if name in scope), self._everywhere)
-        self._put(scope, name, accessors, value)
+        self._assign(scope, name, accessors, value)
+
+    def _assign(self, scope: VariableScope, name: str, accessors: Accessors, value: Any) -> None:
+        kind = self.types.along(scope.kinds.get(name), accessors)
+        self._put(scope, name, accessors, rounded_or_not(name, kind, value))
 
     def _declared_beside(self, name: str) -> None:
         """Read the .dat beside that declares a variable for all, if there is one."""
@@ -225,8 +279,9 @@ class Data:
             self.load(file)
 
     def _put(self, scope: VariableScope, name: str, accessors: Accessors, value: Any) -> None:
+        value = self.types.held(self.types.along(scope.kinds.get(name), accessors), value, self._run)
         if not accessors:
-            scope[name] = self._typed(scope.kinds.get(name), value)
+            scope[name] = value
             return
         held = scope.get(name)
         held = dict(held) if isinstance(held, dict) else {}
@@ -241,16 +296,7 @@ class Data:
         self._elements += accessors[-1] not in held
         if self._elements > MOST_ELEMENTS:
             raise refuse(self._run.where, f"more than {MOST_ELEMENTS} elements of arrays")
-        real = isinstance(value, int) and not isinstance(value, bool) and isinstance(accessors[-1], str)
-        held[accessors[-1]] = float(value) if real else self._typed(scope.kinds.get(name), value)
-
-    def _typed(self, kind: str | None, value: Any) -> Any:
-        """A value as a variable of a kind holds it."""
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            return dict(value) if type(value) is dict else value
-        if kind == "REAL":
-            return float(value)
-        return integer(value, self._run) if kind == "INT" else value
+        held[accessors[-1]] = value
 
     # -- what the controller has ---------------------------------------------------------------------------------
 

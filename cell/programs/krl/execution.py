@@ -11,14 +11,13 @@ Loops, conditions and calls are followed where they depend on numbers of the pro
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..controller import Controller
 from ..program import SourceLine
-from .data import Data, VariableScope
+from .data import Data
 from .expressions import Component, Element, Expression, FunctionCall, Variable
 from .inner_calls import calls_of, missing
 from .lexing import quoted, refuse
@@ -28,6 +27,7 @@ from .sources import Sources
 from .state import ControllerState
 from .statements import Declaration, ModulePart, MotionStatement, ParsedFile, RecognisedEvent, Statement, set_in
 from .values import UnknownValue, evaluate, integer, number, truth
+from .variable_scope import VariableScope
 
 HARMLESS_CALLS = frozenset(
     ("MSGNOTIFY", "MSGQUIT", "MSGSTATE", "CLEARMSG", "CWRITE", "SREAD", "SWRITE", "STRCLEAR", "STRCOPY", "STRADD")
@@ -113,6 +113,8 @@ class Execution:
             if left.what == "loop":
                 raise refuse(self.where, "EXIT stands outside a loop") from None
         self.calls.pop()
+        if part.kind == "DEFFCT" and frame.result is None:
+            return UnknownValue(f"function {quoted(part.name)} ends without RETURN")
         return frame.result
 
     def call(self, name: str, arguments: tuple[Expression | None, ...], known: bool = False) -> Any:
@@ -142,17 +144,16 @@ class Execution:
         if len(arguments) > len(part.parameters):
             raise refuse(self.where, f"{quoted(name)} takes {len(part.parameters)} values, not {len(arguments)}")
         variables = VariableScope()
-        for parameter, argument in zip(part.parameters, arguments, strict=False):
-            if argument is not None:
-                variables[parameter.name] = evaluate(argument, self)
         for parameter in part.parameters:
-            variables.setdefault(parameter.name, UnknownValue(f"parameter {parameter.name} is not given"))
+            variables[parameter.name] = UnknownValue(f"parameter {parameter.name} is not given")
+        for parameter, argument in zip(part.parameters, arguments, strict=False):
+            if parameter.out and isinstance(argument, (Variable, Component, Element)):
+                variables.references[parameter.name] = self.data.reference(argument)
+            elif argument is not None:
+                variables[parameter.name] = evaluate(argument, self)
         where = self.where
         result = self._run_part(file, part, variables)
         self.where = where
-        for parameter, argument in zip(part.parameters, arguments, strict=False):
-            if parameter.out and isinstance(argument, (Variable, Component, Element)):
-                self._assign(argument, variables[parameter.name])
         return result
 
     def calls_known(self, name: str) -> bool:
@@ -281,6 +282,9 @@ class Execution:
         elif call.name not in NO_SUBPROGRAM:
             self.call(call.name, call.arguments, known=statement.value[1])
 
+    def _do_structure(self, statement: Statement) -> None:
+        self.data.types.declare(*statement.value)
+
     def _do_declare(self, statement: Statement) -> None:
         declared: tuple[Declaration, ...] = statement.value
         for one in declared:
@@ -292,6 +296,9 @@ class Execution:
 
     def _assign(self, target: Expression, value: Any) -> None:
         root, accessors = self.data.path(target)
+        reference = self.data.parameter(root)
+        if reference is not None and reference.scope is None:
+            root, accessors = reference.root, (*reference.accessors, *accessors)
         if root in ("MACHINE_DEF", "EX_AX_DATA"):
             raise refuse(self.where, f"assigns to {root}: where the table stands is what the case says")
         if not root.startswith("$"):
@@ -308,7 +315,8 @@ class Execution:
 
     def _do_return(self, statement: Statement) -> None:
         if statement.value is not None:
-            self.calls[-1].result = evaluate(statement.value, self)
+            frame = self.calls[-1]
+            frame.result = self.data.types.held(frame.part.returns, evaluate(statement.value, self), self)
         raise _Left("part")
 
     # -- blocks --------------------------------------------------------------------------------------------------
@@ -400,15 +408,21 @@ class Execution:
 
     def _do_for(self, statement: Statement) -> None:
         name, low, high, step = statement.value
-        start, end, stride = (integer(evaluate(of, self), self) for of in (low, high, step))
+        count, end, stride = (integer(evaluate(of, self), self) for of in (low, high, step))
         if stride == 0:
             raise refuse(self.where, "STEP is 0")
-        for value in range(start, end + (1 if stride > 0 else -1), stride):
-            self.data.set(name, (), value)
+        bounds = [(of, was) for of, was in ((high, end), (step, stride)) if not any(True for _ in calls_of(of))]
+        self.data.set(name, (), count)
+        while count <= end if stride > 0 else count >= end:
             if not self._loop(statement.body):
                 return
-        rounds = max(0, math.floor((end - start) / stride) + 1)
-        self.data.set(name, (), start + rounds * stride)
+            self.where = SourceLine(self.where.file, statement.line)
+            if self.data.variable(name) != count:
+                raise refuse(self.where, f"FOR: its block changes the counter {quoted(name)}, which is not followed")
+            if any(integer(evaluate(of, self), self) != was for of, was in bounds):
+                raise refuse(self.where, "FOR: its block changes where it ends, or its step, which is not followed")
+            count += stride
+            self.data.set(name, (), count)
 
 
 def _expressions_of(statement: Statement) -> tuple[Expression, ...]:

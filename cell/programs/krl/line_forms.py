@@ -30,6 +30,7 @@ from .inner_calls import called_in
 from .lexing import quoted, refuse, tokens
 from .statements import Declaration, MotionStatement, Statement
 from .triggers import trigger_statements
+from .value_types import structure
 
 CIRCLES = frozenset(("CIRC", "CIRC_REL", "SCIRC", "SCIRC_REL"))
 LINES = frozenset(("LIN", "LIN_REL", "SLIN", "SLIN_REL", "SPL"))
@@ -41,7 +42,6 @@ PASSED = {  # what moves nothing, by its first word
     "INTERRUPT": "interrupts",
     "EXT": "declarations of other modules",
     "EXTFCT": "declarations of other modules",
-    "STRUC": "declarations of types",
     "ENUM": "declarations of types",
     "SIGNAL": "declarations of signals",
     "IMPORT": "declarations of other modules",
@@ -124,8 +124,11 @@ class LineForms:
         if word in _SIMPLE:
             yield _SIMPLE[word](Cursor(tokens(text, where), where), number)
             return
-        if word in ("DECL", "GLOBAL", "CONST") or (word in TYPES and _declares(text)):
-            yield _declaration(text, where)
+        if word in ("DECL", "GLOBAL", "CONST", "STRUC") or (word in TYPES and _declares(text)):
+            one = _declaration(text, where)
+            if one.op == "structure":
+                yield Statement("pass", number, "declarations of types")
+            yield one
             return
         event = events.of_statement(line)
         if event is not None:
@@ -310,6 +313,8 @@ def _declaration(text: str, where: SourceLine) -> Statement:
     words = set()
     while (word := cursor.take("DECL", "GLOBAL", "CONST")) is not None:
         words.add(word)
+    if cursor.take("STRUC"):
+        return Statement("structure", where.number, structure(cursor))
     if cursor.token.text in PASSED:
         foreign = cursor.token.text == "INTERRUPT" and "IR_STOPM" not in text.upper()
         return _foreign(where.number) if foreign else Statement("pass", where.number, PASSED[cursor.token.text])

@@ -84,7 +84,8 @@ class Statement:
 
     Attributes:
         op: move (MotionStatement), assign (target, value), call (FunctionCall, whether it may be missing), event
-            (Happening), declare (Declarations), if (condition), for (variable, from, to, step), while, repeat
+            (Happening), declare (Declarations), structure (name, types of
+            its components), if (condition), for (variable, from, to, step), while, repeat
             (condition), loop, switch (value, cases), exit, return (value or None), wait (seconds), stop (a word
             that ends the advance run), inner (names of functions called in a line that is passed over), continue,
             spline (settings), refused (a text), pass (a kind).
@@ -103,7 +104,7 @@ class Statement:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter of a sub-program: its name, and whether it gives a value back."""
+    """A parameter of a sub-program: its name, and whether it stands for the caller's variable (OUT)."""
 
     name: str
     out: bool
@@ -120,6 +121,7 @@ class ModulePart:
         parameters: in order.
         body: its statements.
         everywhere: whether other files may call it by its name (GLOBAL).
+        returns: type of what a function gives back.
     """
 
     name: str
@@ -128,6 +130,7 @@ class ModulePart:
     parameters: tuple[Parameter, ...]
     body: tuple[Statement, ...]
     everywhere: bool = False
+    returns: str | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -77,7 +77,7 @@ class _FileParser:
         self.parts: dict[str, ModulePart] = {}
         self.passed: Counter[str] = Counter()
         self.blocks: list[_Open] = []
-        self.part: tuple[str, str, int, tuple[Parameter, ...], bool] | None = None
+        self.part: tuple[str, str, int, tuple[Parameter, ...], bool, str | None] | None = None
         self.events = EventReader(controller)
         self.forms = LineForms(controller.harmless)
 
@@ -163,12 +163,12 @@ class _FileParser:
         cursor = Cursor(tokens(statement, where), where)
         everywhere = cursor.take("GLOBAL") is not None
         kind = cursor.need("DEF", "DEFFCT", "DEFDAT")
-        name = cursor.need_name("a name")
+        name, returns = cursor.need_name("a name"), None
         if kind == "DEFFCT" and cursor.token.kind == "name":
-            name = cursor.need_name("a name")
+            returns, name = name, cursor.need_name("a name")
         elif kind == "DEFFCT" and cursor.take("["):
             cursor.need("]")
-            name = cursor.need_name("a name")
+            returns, name = name, cursor.need_name("a name")
         parameters: list[Parameter] = []
         if kind != "DEFDAT" and cursor.take("("):
             while not cursor.take(")"):
@@ -177,28 +177,28 @@ class _FileParser:
                     while not cursor.take("]"):
                         if cursor.next().kind == "end":
                             raise refuse(where, "] is missing")
-                out = bool(cursor.take(":")) and cursor.need("IN", "OUT") == "OUT"
-                parameters.append(Parameter(parameter, out))
+                own = bool(cursor.take(":")) and cursor.need("IN", "OUT") == "IN"
+                parameters.append(Parameter(parameter, out=not own))
                 if not cursor.take(","):
                     cursor.need(")")
                     break
         everywhere |= cursor.take("PUBLIC") is not None
         if name in self.parts:
             raise refuse(where, f"{quoted(name)} is declared twice")
-        self.part = (name, kind, where.number, tuple(parameters), everywhere)
+        self.part = (name, kind, where.number, tuple(parameters), everywhere, returns)
         self.blocks = [_Open(kind, where.number)]
 
     def _end(self, word: str, where: SourceLine) -> None:
         if self.part is None:
             raise refuse(where, f"{word} closes nothing")
-        name, kind, line, parameters, everywhere = self.part
+        name, kind, line, parameters, everywhere, returns = self.part
         if word != {"DEF": "END", "DEFFCT": "ENDFCT", "DEFDAT": "ENDDAT"}[kind]:
             raise refuse(where, f"{word} stands where {kind} {name} of line {line} is open")
         if len(self.blocks) > 1:
             block = self.blocks[-1]
             raise refuse(where, f"{word} stands where {block.word} of line {block.line} is open")
         body = tuple(self.blocks[0].body)
-        self.parts[name] = ModulePart(name, kind, line, parameters, body, everywhere)
+        self.parts[name] = ModulePart(name, kind, line, parameters, body, everywhere, returns)
         self.part, self.blocks = None, []
 
     # -- blocks --------------------------------------------------------------------------------------------------

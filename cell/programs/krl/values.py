@@ -38,6 +38,10 @@ class UnknownValue:
     why: str
 
 
+class MaybeInteger(float):
+    """A whole number of which it is not known whether it is INT or REAL."""
+
+
 class ListedFrame(dict[str, Any]):
     """A frame of the controller's lists, which remembers its number.
 
@@ -103,18 +107,13 @@ def evaluate(of: Expression, scope: Scope) -> Any:
     if isinstance(of, Binary):
         return _binary(of.operator, evaluate(of.left, scope), evaluate(of.right, scope), scope)
     if isinstance(of, Aggregate):
-        return {name: _real(evaluate(item, scope)) for name, item in of.items}
+        return {name: evaluate(item, scope) for name, item in of.items}
     if isinstance(of, Component):
         return component(evaluate(of.of, scope), of.name, scope)
     if isinstance(of, Element):
         indices = tuple(integer(evaluate(index, scope), scope) for index in of.indices)
         return element(evaluate(of.of, scope), indices, scope)
     return _call(of, scope)
-
-
-def _real(value: Any) -> Any:
-    """A component of a structure: whole numbers become real, as nearly all components are."""
-    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def component(value: Any, name: str, scope: Scope) -> Any:
@@ -163,6 +162,8 @@ def integer(value: Any, scope: Scope) -> int:
     found = number(value, scope)
     if abs(found) > LARGEST_INTEGER:
         raise refuse(scope.where, f"comes to {found:g}, which is not a whole number of KRL")
+    if found < 0 and found % 1 == 0.5:
+        raise refuse(scope.where, f"rounds {found:g}, and it is not known whether up or down")
     return math.floor(found + 0.5)
 
 
@@ -226,7 +227,10 @@ def _unary(operator: str, value: Any, scope: Scope) -> Any:
         return not truth(value, scope)
     if operator == "B_NOT":
         return ~integer(value, scope)
-    return -number(value, scope) if operator == "-" else number(value, scope)
+    found = number(value, scope)
+    if operator != "-":
+        return found
+    return MaybeInteger(-found) if isinstance(found, MaybeInteger) else -found
 
 
 _COMPARED: dict[str, Callable[[Any, Any], bool]] = {
@@ -268,6 +272,14 @@ def _binary(operator: str, a: Any, b: Any, scope: Scope) -> Any:
 
 
 def _arithmetic(operator: str, x: float, y: float, scope: Scope) -> float:
+    if (isinstance(x, MaybeInteger) and not _is_real(y)) or (isinstance(y, MaybeInteger) and not _is_real(x)):
+        found = _arithmetic(operator, int(x), int(y), scope)
+        if operator == "/" and found != x / y:
+            raise refuse(
+                scope.where,
+                f"divides {x:g} by {y:g}, which may both be INT: the STRUC of one is not among the files",
+            )
+        return MaybeInteger(found)
     if operator == "+":
         return x + y
     if operator == "-":
@@ -281,6 +293,10 @@ def _arithmetic(operator: str, x: float, y: float, scope: Scope) -> float:
     return x / y
 
 
+def _is_real(value: float) -> bool:
+    return isinstance(value, float) and not isinstance(value, MaybeInteger)
+
+
 def _geometric(a: Any, b: Any, scope: Scope) -> Any:
     """A frame in a frame; the result has X Y Z A B C alone."""
     if isinstance(a, CoupledFrame):
@@ -289,7 +305,7 @@ def _geometric(a: Any, b: Any, scope: Scope) -> Any:
 
 
 _FUNCTIONS: dict[str, Callable[..., float]] = {
-    "ABS": abs,
+    "ABS": lambda x: float(abs(x)),
     "SQRT": lambda x: math.sqrt(x) if x >= 0 else math.nan,
     "SIN": lambda x: math.sin(math.radians(x)),
     "COS": lambda x: math.cos(math.radians(x)),
