@@ -33,6 +33,7 @@ STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
+FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_overhang_check.py"
@@ -279,6 +280,31 @@ MUTANTS = (
     Mutant("cell/programs/krl/values.py", "if operator == \"/\" and found != x / y:", "if False:", (NUMBERS,)),
     Mutant("cell/programs/krl/values.py", "if found < 0 and found % 1 == 0.5:", "if False:", (NUMBERS,)),
     Mutant("cell/programs/krl/values.py", "lambda x: float(abs(x))", "abs", (NUMBERS,)),
+    Mutant("cell/programs/krl/number_kinds.py", "by_x + by_y)\n    if operator == \"*\"", "0.0)\n    if operator == \"*\"", (FOLLOWED,)),
+    Mutant("cell/programs/krl/number_kinds.py", "return abs(x - y) > deviation(x) + deviation(y)", "return True", (FOLLOWED,)),
+    Mutant("cell/programs/krl/number_kinds.py", "return math.floor(value + 0.5 - by) == math.floor(value + 0.5 + by)", "return True", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values.py", "if isinstance(value, TurnAngle) and not angle:", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values.py", "if isinstance(value, TiedAngle):\n        raise", "if False:\n        raise", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values.py", "if isinstance(value, int) and abs(value) > LARGEST_INTEGER:", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/moving.py", "if deviation(value) > MOST_DEVIATION:", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/moving.py", "check_modes(state, (\"$IPO_MODE\",), scope)", "pass", (FOLLOWED,)),
+    Mutant("cell/programs/krl/data.py", "            if isinstance(inner, UnknownValue):\n                return\n", "", (FOLLOWED,)),
+    Mutant("cell/programs/krl/data.py", "        if isinstance(known, FloatingValue):\n            return\n", "", (FOLLOWED,)),
+    Mutant("cell/programs/krl/data.py", "if type(value) is dict and isinstance(before, dict):", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/data.py", "self.set(root, accessors, UnknownValue(f\"{quoted(root)} is set by what is not followed\"))", "pass", (FOLLOWED,)),
+    Mutant("cell/programs/krl/value_types.py", "if isinstance(value, CoupledFrame):", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/value_types.py", "if kind in _POSITIONS:", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/state.py", "self.speeds, self.modes = speeds, modes", "self.speeds = speeds", (FOLLOWED,)),
+    Mutant("cell/programs/krl/state.py", "return ANYWHERE, 1.0", "return 0.0, 0.0", (FOLLOWED,)),
+    Mutant("cell/programs/krl/execution.py", "if STOPPING & set(variables_of(condition)):", "if True:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/execution.py", "self.state.continues = False\n", "pass\n", (FOLLOWED,)),
+    Mutant("cell/programs/krl/execution.py", "            self._switched(accessors, value)", "            pass", (FOLLOWED,)),
+    Mutant("cell/programs/krl/events.py", "_ONSTART.search(line) or ", "", (FOLLOWED,)),
+    Mutant("cell/programs/krl/events.py", "                _refuse_what_does_not_run(pattern, line, where)\n", "", (FOLLOWED,)),
+    Mutant("cell/programs/running/program_path.py", "        arcs = Circles.through(start[:, :3, 3], via, programmed)\n        for k in turned:", "        arcs = Circles.through(start[:, :3, 3], via, programmed)\n        for k in turned[-1:]:", (RUNS,)),
+    Mutant("cell/programs/running/program_path.py", "if status >= 0 and not self.tracker.is_sole(T[0], turn):", "if False:", (RUNS,)),
+    Mutant("cell/programs/running/program_path.py", "if found is not None and status < 0 and not self.tracker.keeps(T[0], q, found):", "if False:", (RUNS,)),
+    Mutant("cell/programs/running/simulate.py", "self.arc_faults[0] = Failure(Kind.PTP_WITH_ARC, place=IN_ROWS)", "pass", (RUNS,)),
     Mutant("cell/programs/program_check.py", "    yield from _bases(run)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _roots(run.program, job)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _externals(run.program, job)\n", "", (PROGRAMS,)),

@@ -42,6 +42,11 @@ class HookPattern:
             return None
         return {name: _value(name, value) for name, value in found.groupdict().items() if value is not None}
 
+    def begins(self, text: str) -> int:
+        """Where in a line the pattern begins that it has."""
+        found = self.lines[0].search(text)
+        return 0 if found is None else found.start()
+
 
 def hook_lines(templates: Sequence[str], fields: Mapping[str, str | float]) -> list[str]:
     """The lines of a hook.

@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from ..program import BaseFrame, ToolFrame
+from ..program import ANYWHERE, BaseFrame, ToolFrame
 from .lexing import quoted, refuse
 from .setting import assign
-from .state import ControllerState, Speeds
-from .values import ListedFrame, Scope, UnknownValue, integer, matrix, number, shown
+from .state import NAN, ControllerState, Speeds
+from .values import CARTESIAN, ListedFrame, Scope, UnknownValue, integer, matrix, number, shown
 
 EXTERNAL = 6  # external axes that shares are set for
 
@@ -85,6 +85,7 @@ def _frame(state: ControllerState, word: str, place: int, scope: BasScope) -> No
         state.set_tool(ToolFrame(matrix(frame, scope), number=place))
     else:
         state.set_base(BaseFrame(matrix(frame, scope), coupled=False, number=place))
+    state.numbers["$TOOL" if name == "TOOL_DATA" else "$BASE"] = {one: frame[one] for one in CARTESIAN}
 
 
 def _axes(state: ControllerState, name: str, share: Any, scope: Scope) -> None:
@@ -95,10 +96,11 @@ def _axes(state: ControllerState, name: str, share: Any, scope: Scope) -> None:
         assign(state, (external, ""), (axis,), share, scope)
 
 
-def _held(scope: Scope, name: str) -> Mapping[str, Any]:
+def _held(scope: Scope, name: str) -> Mapping[str, Any] | None:
+    """A structure; None where it is not known."""
     value = scope.variable(name)
     if isinstance(value, UnknownValue):
-        return {}
+        return None
     if not isinstance(value, dict):
         raise refuse(scope.where, f"{name} is a structure, not {shown(value)}")
     return value
@@ -119,9 +121,17 @@ def _frames(state: ControllerState, scope: BasScope) -> None:
 def _parameters(state: ControllerState, word: str, values: tuple[Any, ...], scope: BasScope) -> None:
     """What inline forms set: speed, acceleration, approximation, and with _PARAMS the frames."""
     path = word.startswith("#CP")
-    held = _held(scope, "LDAT_ACT" if path else "PDAT_ACT")
-    if path and held.get("ORI_TYP", "#VAR") != "#VAR":
-        raise refuse(scope.where, f"LDAT_ACT.ORI_TYP is #VAR here, not {shown(held['ORI_TYP'])}")
+    name = "LDAT_ACT" if path else "PDAT_ACT"
+    held = _held(scope, name)
+    if held is None:  # what it sets is not known: corners may be rounded as far as they can be
+        speeds = state.speeds
+        speeds.distance, speeds.share, speeds.axes_share = ANYWHERE, 1.0, 1.0
+        if path:
+            speeds.speed = NAN
+        held = {}
+    for part, known in (("ORI_TYP", "#VAR"), ("CIRC_TYP", "#BASE"), ("EXAX_IGN", 0)):
+        if held.get(part, known) != known:
+            raise refuse(scope.where, f"{name}.{part} is {known} here, not {shown(held[part])}")
     if "APO_DIST" in held and not path:
         assign(state, ("$APO", "CPTP"), (), min(100.0, number(held["APO_DIST"], scope)), scope)
     if "APO_DIST" in held:

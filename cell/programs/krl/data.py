@@ -15,22 +15,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
+import numpy as np
+
 from ..controller import Controller
+from ..orientation import frames_of_poses
 from ..program import SourceLine
 from .bas import null_frame, run_bas
 from .expressions import Component, Element, Expression, Variable
-from .inner_calls import STANDARD, missing
+from .inner_calls import STANDARD, calls_of, missing
 from .lexing import quoted, refuse
 from .moving import EXTERNAL, position_now
+from .number_kinds import ComputedReal
 from .sources import SHARED, Sources
 from .state import ControllerState
 from .statements import Declaration, ParsedFile
-from .value_types import INT, REAL, ValueTypes, rounded_or_not
+from .value_types import EITHER, INT, REAL, ValueTypes
+from .value_types import OF_CONTROLLER as KINDS_OF_CONTROLLER
 from .values import (
-    CARTESIAN,
+    READ_DEG,
     CoupledFrame,
+    FloatingValue,
+    ImportedValue,
     ListedFrame,
     MachineReference,
     UnknownValue,
@@ -40,6 +48,7 @@ from .values import (
     frame_dict,
     integer,
     matrix,
+    measured,
     number,
     shown,
 )
@@ -50,7 +59,6 @@ DEFAULTS: dict[str, Any] = {
     "FDEFAULT": {"TOOL_NO": 0.0, "BASE_NO": 0.0, "IPO_FRAME": "#BASE"},
 }
 MOST_ELEMENTS = 100_000  # of all arrays together
-HOMES = ("HOME", "XHOME")
 OF_CONTROLLER = ("TOOL_DATA", "BASE_DATA", "MACHINE_DEF", "EX_AX_DATA")
 
 
@@ -89,6 +97,11 @@ class ProgramRun(Protocol):
         """The value of a function that is not built in."""
 
 
+def _kind(scope: VariableScope, name: str) -> str | None:
+    """The type of a variable; None where it is declared in none of the files."""
+    return scope.kinds.get(name, KINDS_OF_CONTROLLER.get(name))
+
+
 class Data:
     """The variables of a run."""
 
@@ -97,6 +110,7 @@ class Data:
         self._of_files: dict[int, VariableScope] = {}
         self._everywhere = VariableScope()
         self.types = ValueTypes()
+        self.signals: dict[str, int | None] = {}  # outputs that have a name; None: several of them
         self._elements = 0
         self._shared_read = False
 
@@ -137,6 +151,8 @@ class Data:
                     self._put(own, root, accessors, evaluate(statement.value[1], self._run))
                 elif statement.op == "structure":
                     self.types.declare(*statement.value)
+                elif statement.op == "signal":
+                    self.signals |= statement.value
                 elif statement.op != "pass":
                     raise refuse(self._run.where, "a .dat file may hold only declarations and values")
             into.add(found)
@@ -150,6 +166,9 @@ class Data:
         """Declare a variable among others, with its first value."""
         into.kinds[one.name] = one.kind
         if one.name in into.references:
+            reference = into.references[one.name]
+            if one.array:
+                self._alike(one.name, one.kind, replace(reference, kind=reference.kind or EITHER), array=True)
             if one.value is not None:
                 raise refuse(self._run.where, f"gives parameter {quoted(one.name)} a value where it declares it")
             return
@@ -201,7 +220,7 @@ class Data:
         if all(root not in scope for scope in self._scopes()):
             self._declared_beside(root)
         scope = next((scope for scope in self._scopes() if root in scope), self._everywhere)
-        return Reference(scope, root, accessors, self.types.along(scope.kinds.get(root), accessors))
+        return Reference(scope, root, accessors, self.types.along(_kind(scope, root), accessors))
 
     def parameter(self, name: str) -> Reference | None:
         """What a parameter of the part that runs stands for; None where the name is none, or has a value of its own."""
@@ -217,13 +236,18 @@ class Data:
                 value = component(value, accessor, self._run)
             else:
                 value = element(value, accessor, self._run)
-        if isinstance(value, float) and not value.is_integer():
+        fraction = isinstance(value, float) and not value.is_integer()
+        if isinstance(value, dict) or fraction:
             self._alike(name, kind, reference)
+        if fraction and kind == INT and reference.kind != INT:
+            return UnknownValue(f"{quoted(name)} is INT and stands for {value:g}, of a type that is not known")
         return value if kind is None else self.types.held(kind, value, self._run)
 
-    def _alike(self, name: str, kind: str | None, reference: Reference) -> None:
-        """Refuse a parameter whose type and that of what it stands for round differently."""
-        if {kind, reference.kind} == {INT, REAL}:
+    def _alike(self, name: str, kind: str | None, reference: Reference, *, array: bool = False) -> None:
+        """Refuse a parameter whose type and that of what it stands for hold different things."""
+        structures = {kind, reference.kind} - {None, EITHER, INT, REAL}
+        kinds = {kind, reference.kind} - {None}
+        if len(kinds) > 1 and (kinds == {INT, REAL} or len(structures) > 1 or array):
             raise refuse(
                 self._run.where,
                 f"parameter {quoted(name)} is {kind} and stands for {quoted(reference.root)}, which is "
@@ -232,7 +256,8 @@ class Data:
 
     def _last_resort(self, name: str) -> Any:
         home = self._run.controller.home
-        if name in HOMES and home is not None:
+        if name == "HOME" and home is not None:
+            self._run.state.doubt("HOME is taken from the case: no .dat beside the program says where it is")
             return {f"A{i + 1}": math.degrees(x) for i, x in enumerate(home)}
         if name in DEFAULTS:
             return DEFAULTS[name]
@@ -270,8 +295,19 @@ class Data:
         self._assign(scope, name, accessors, value)
 
     def _assign(self, scope: VariableScope, name: str, accessors: Accessors, value: Any) -> None:
-        kind = self.types.along(scope.kinds.get(name), accessors)
-        self._put(scope, name, accessors, rounded_or_not(name, kind, value))
+        if isinstance(scope.get(name), ImportedValue):
+            raise refuse(self._run.where, f"assigns to {quoted(name)}, which is imported: its file has it as well")
+        kind = self.types.along(_kind(scope, name), accessors)
+        value = self.types.assigned(name, kind, value)
+        before: Any = scope.get(name)
+        for accessor in accessors:
+            before = before.get(accessor) if isinstance(before, dict) else None
+        if type(value) is dict and isinstance(before, dict):  # what it gives no value may keep the old one or lose it
+            left = [part for part in before if part not in value and isinstance(part, str)]
+            value = value | {
+                part: UnknownValue(f"{part} of {quoted(name)}, which was given without it") for part in left
+            }
+        self._put(scope, name, accessors, value)
 
     def _declared_beside(self, name: str) -> None:
         """Read the .dat beside that declares a variable for all, if there is one."""
@@ -279,24 +315,40 @@ class Data:
             self.load(file)
 
     def _put(self, scope: VariableScope, name: str, accessors: Accessors, value: Any) -> None:
-        value = self.types.held(self.types.along(scope.kinds.get(name), accessors), value, self._run)
+        value = self.types.held(self.types.along(_kind(scope, name), accessors), value, self._run)
+        known = self._before(scope, name, accessors)
+        if isinstance(known, FloatingValue):
+            return
         if not accessors:
             scope[name] = value
             return
-        held = scope.get(name)
-        held = dict(held) if isinstance(held, dict) else {}
-        if isinstance(scope.get(name), UnknownValue) and "no value yet" not in scope[name].why:
+        held = dict(known) if isinstance(known, dict) else {}
+        if isinstance(known, UnknownValue) and "no value yet" not in known.why:
             return  # a component of what is not known: it stays so
         scope[name] = held
         for accessor in accessors[:-1]:
             inner = held.get(accessor)
+            if isinstance(inner, UnknownValue):
+                return
             inner = dict(inner) if isinstance(inner, dict) else {}
             held[accessor] = inner
             held = inner
+        if isinstance(held.get(accessors[-1]), FloatingValue):
+            return
         self._elements += accessors[-1] not in held
         if self._elements > MOST_ELEMENTS:
             raise refuse(self._run.where, f"more than {MOST_ELEMENTS} elements of arrays")
         held[accessors[-1]] = value
+
+    def _before(self, scope: VariableScope, name: str, accessors: Accessors) -> Any:
+        """What a variable holds before something is assigned to it, or to a part of it."""
+        if name in ("TOOL_DATA", "BASE_DATA") and accessors and isinstance(accessors[0], tuple):
+            held = dict(scope.get(name, {}))
+            if len(accessors) > 1 and accessors[0] not in held:
+                frame = self.listed(name, accessors[0][0])
+                held[accessors[0]] = dict(frame) if isinstance(frame, dict) else frame
+            return held
+        return scope[name] if name in scope else self._last_resort(name) if accessors else None
 
     # -- what the controller has ---------------------------------------------------------------------------------
 
@@ -323,35 +375,41 @@ class Data:
         state = self._run.state
         if name in ("$NULLFRAME", "$WORLD"):
             return null_frame("")
-        if name in ("$AXIS_ACT", "$AXIS_FOR", "$AXIS_RET"):
+        if name == "$AXIS_ACT":
             state.stop()
-            found = {} if state.joints is None else {f"A{i + 1}": math.degrees(x) for i, x in enumerate(state.joints)}
-            return found | self._external()
-        if name in ("$POS_ACT", "$POS_FOR", "$POS_RET"):
+            return self._axes_now() | self._external()
+        if name == "$POS_ACT":
             state.stop()
             pose = position_now(state, self._run)
             if pose is None:
                 return UnknownValue(f"{name} after a motion of axes")
-            return dict(zip(CARTESIAN, [*(1e3 * x for x in pose[:3]), *map(math.degrees, pose[3:])], strict=True)) | (
-                self._external()
-            )
+            unknown = UnknownValue(f"S or T of {name}")
+            return measured(frames_of_poses(np.array(pose))) | {"S": unknown, "T": unknown} | self._external()
         if name == "$TOOL" and state.tool is not None:
-            return frame_dict(state.tool.T_flange_tcp)
+            return state.numbers[name] or measured(state.tool.T_flange_tcp)
         if name == "$BASE" and state.base is not None:
-            base = state.base
-            if base.coupled:
-                return CoupledFrame(base.T, base.machine or 0, base.root, base.number)
-            return frame_dict(base.T)
+            if state.base.coupled:
+                return UnknownValue("$BASE while an external kinematic carries it")
+            return state.numbers[name] or measured(state.base.T)
         if name == "$VEL":
             return {} if math.isnan(state.speeds.speed) else {"CP": state.speeds.speed}
         if name == "$ASYNC_AXIS":
             return 0
         return UnknownValue(f"{quoted(name)} of the controller")
 
+    def _axes_now(self) -> dict[str, Any]:
+        state = self._run.state
+        if state.joints is None:
+            unknown = UnknownValue("$AXIS_ACT after a motion to a point")
+            return {f"A{i + 1}": unknown for i in range(state.controller.axes)}
+        return {f"A{i + 1}": ComputedReal(math.degrees(x), READ_DEG) for i, x in enumerate(state.joints)}
+
     def _external(self) -> dict[str, float]:
         external = self._run.state.external
         return {
-            name: math.degrees(value) for name, value in zip(EXTERNAL, external, strict=False) if not math.isnan(value)
+            name: ComputedReal(math.degrees(value), READ_DEG)
+            for name, value in zip(EXTERNAL, external, strict=False)
+            if not math.isnan(value)
         }
 
     def function(self, name: str, arguments: tuple[Expression | None, ...]) -> Any:
@@ -365,6 +423,10 @@ class Data:
         if not self._run.calls_known(name):
             if name not in STANDARD:
                 raise refuse(self._run.where, missing(name))
+            for argument in arguments:
+                for inner in calls_of(argument):
+                    self.function(inner.name, inner.arguments)
+            self.forget(arguments)
             return UnknownValue(f"function {quoted(name)} is not among the files")
         return self._run.call(name, arguments)
 
@@ -391,6 +453,20 @@ class Data:
         if isinstance(frame, MachineReference):
             raise refuse(run.where, f"EK: the frame .{quoted(frame.component)} of machine {frame.machine} is not known")
         return CoupledFrame(matrix(frame, run), machine, held, place)
+
+    def forget(self, arguments: Sequence[Expression | None], *, structures: bool = True) -> None:
+        """Variables that were given to what is not followed: it may have set them.
+
+        Args:
+            arguments: as they were given.
+            structures: whether structures as well: hooks get those of their technology, which they only read.
+        """
+        for argument in arguments:
+            if isinstance(argument, (Variable, Component, Element)):
+                root, accessors = self.path(argument)
+                kept = not structures and isinstance(evaluate(argument, self._run), dict)
+                if not root.startswith("$") and not kept:
+                    self.set(root, accessors, UnknownValue(f"{quoted(root)} is set by what is not followed"))
 
     def bas(self, arguments: tuple[Expression | None, ...]) -> None:
         """Run BAS."""

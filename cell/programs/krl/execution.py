@@ -19,20 +19,23 @@ from ..controller import Controller
 from ..program import SourceLine
 from .data import Data
 from .expressions import Component, Element, Expression, FunctionCall, Variable
-from .inner_calls import calls_of, missing
+from .inner_calls import calls_of, missing, variables_of
 from .lexing import quoted, refuse
 from .moving import move
-from .setting import HARMLESS, assign
+from .setting import HARMLESS, OF_TABLE, assign
 from .sources import Sources
 from .state import ControllerState
 from .statements import Declaration, ModulePart, MotionStatement, ParsedFile, RecognisedEvent, Statement, set_in
-from .values import UnknownValue, evaluate, integer, number, truth
-from .variable_scope import VariableScope
+from .triggers import CALLS
+from .values import CoupledFrame, UnknownValue, evaluate, integer, number, truth
+from .variable_scope import Accessors, VariableScope
 
 HARMLESS_CALLS = frozenset(
     ("MSGNOTIFY", "MSGQUIT", "MSGSTATE", "CLEARMSG", "CWRITE", "SREAD", "SWRITE", "STRCLEAR", "STRCOPY", "STRADD")
 )
+READING = frozenset(("MSGNOTIFY", "MSGQUIT", "MSGSTATE", "CLEARMSG"))  # of these, those that set no argument
 NO_SUBPROGRAM = frozenset(("IR_STOPM", "USERSPOC"))
+STOPPING = frozenset(("$IN", "$OUT", "$ANIN", "$ANOUT", "$POS_ACT", "$AXIS_ACT"))  # read, they stop the advance run
 MOST_DEPTH = 120  # blocks that run in each other, over all calls
 
 
@@ -137,6 +140,8 @@ class Execution:
                 for argument in arguments:
                     for inner in calls_of(argument):
                         self.function(inner.name, inner.arguments)
+                if name not in READING:
+                    self.data.forget(arguments, structures=not known)
                 self.passing("calls of hooks" if known else "messages")
                 return UnknownValue(f"{name} is not among the files")
             raise refuse(self.where, missing(name))
@@ -150,7 +155,7 @@ class Execution:
             if parameter.out and isinstance(argument, (Variable, Component, Element)):
                 variables.references[parameter.name] = self.data.reference(argument)
             elif argument is not None:
-                variables[parameter.name] = evaluate(argument, self)
+                variables[parameter.name] = self.data.types.held(None, evaluate(argument, self), self)
         where = self.where
         result = self._run_part(file, part, variables)
         self.where = where
@@ -200,6 +205,8 @@ class Execution:
             else:
                 self.step()
                 getattr(self, f"_do_{statement.op}")(statement)
+            if statement.op != "continue":  # which holds for the statement behind it alone
+                self.state.continues = False
 
     def step(self) -> None:
         """Count a statement; a loop without end comes to its end here."""
@@ -214,28 +221,28 @@ class Execution:
     def _move(self, motion: MotionStatement, where: tuple[int, int]) -> None:
         if len(self.state) >= self.controller.limits.moves:
             raise refuse(self.where, f"is more than move {self.controller.limits.moves}")
-        if motion.spline or motion.word == "SPL":
+        if motion.word == "SPL":
+            raise refuse(self.where, "SPL: the curve of a spline is not followed; use SLIN")
+        if motion.spline:
             self.passing("segments of splines, taken as straight lines")
         if not motion.settings:
             move(self.state, motion, where, self)
             return
-        state = self.state
-        held = (state.speeds.copy(), state.tool, state.base)
+        set_back = self.state.held()
         for target, value in motion.settings:
             self._assign(target, evaluate(value, self))
-        move(state, motion, where, self)
-        state.speeds = held[0]
-        if state.tool is not held[1]:
-            state.set_tool(held[1])
-        if state.base is not held[2]:
-            state.set_base(held[2])
+        move(self.state, motion, where, self)
+        set_back()
 
     def _do_spline(self, statement: Statement) -> None:
-        held = self.state.speeds.copy()
-        for target, value in statement.value:
+        settings, blends = statement.value
+        set_back, before = self.state.held(), len(self.state)
+        for target, value in settings:
             self._assign(target, evaluate(value, self))
         self._block(statement.body)
-        self.state.speeds = held
+        if blends and len(self.state) > before:
+            self.state.round_last(blends)
+        set_back()
 
     def _do_pass(self, statement: Statement) -> None:
         self.passing(statement.value)
@@ -263,6 +270,8 @@ class Execution:
 
     def _do_wait(self, statement: Statement) -> None:
         seconds = number(evaluate(statement.value, self), self)
+        if self.state.continues:
+            raise refuse(self.where, "CONTINUE before WAIT SEC: whether the arm stops there is not known")
         if not 0 <= seconds <= 86_400:
             raise refuse(self.where, f"WAIT SEC is 0 to 86400, not {seconds:g}")
         self.state.wait(seconds, self._named())
@@ -279,11 +288,32 @@ class Execution:
         call: FunctionCall = statement.value[0]
         if call.name == "BAS":
             self.data.bas(call.arguments)
-        elif call.name not in NO_SUBPROGRAM:
+        elif call.name not in NO_SUBPROGRAM or self.calls_known(call.name):
             self.call(call.name, call.arguments, known=statement.value[1])
+        else:
+            for argument in call.arguments:
+                for inner in calls_of(argument):
+                    self.function(inner.name, inner.arguments)
 
     def _do_structure(self, statement: Statement) -> None:
         self.data.types.declare(*statement.value)
+
+    def _do_forget(self, statement: Statement) -> None:
+        self.data.forget(statement.value, structures=False)
+
+    def _do_triggered(self, statement: Statement) -> None:
+        """A sub-program that a trigger calls, at a time that is not known."""
+        name, arguments = statement.value
+        found = self._part(name)
+        if found is not None and not (self._moves_nothing(found[1].body) and not set_in(found[1].body)):
+            raise refuse(self.where, f"a TRIGGER calls {quoted(name)}, which does more than set outputs")
+        if found is None:
+            self.data.forget(arguments, structures=False)
+        self.passing(CALLS)
+        self.state.doubt(f"a TRIGGER calls {quoted(name)}, which is not run ({self._named()})")
+
+    def _do_signal(self, statement: Statement) -> None:
+        self.data.signals |= statement.value
 
     def _do_declare(self, statement: Statement) -> None:
         declared: tuple[Declaration, ...] = statement.value
@@ -292,23 +322,45 @@ class Execution:
 
     def _do_assign(self, statement: Statement) -> None:
         target, value = statement.value
-        self._assign(target, evaluate(value, self))
+        found = evaluate(value, self)
+        if isinstance(found, CoupledFrame) and not isinstance(value, FunctionCall):
+            found = UnknownValue("a frame on an external kinematic, kept in a variable")
+        self._assign(target, found)
 
     def _assign(self, target: Expression, value: Any) -> None:
         root, accessors = self.data.path(target)
         reference = self.data.parameter(root)
         if reference is not None and reference.scope is None:
             root, accessors = reference.root, (*reference.accessors, *accessors)
+        if root in self.data.signals:
+            place = self.data.signals[root]
+            root, accessors = "$OUT", () if place is None else ((place,),)
         if root in ("MACHINE_DEF", "EX_AX_DATA"):
             raise refuse(self.where, f"assigns to {root}: where the table stands is what the case says")
         if not root.startswith("$"):
             self.data.set(root, accessors, value)
             return
+        if root == "$OUT":
+            self._switched(accessors, value)
         part = next((accessor for accessor in accessors if isinstance(accessor, str)), "")
         indices = next((accessor for accessor in accessors if isinstance(accessor, tuple)), ())
         assign(self.state, (root, part), indices, value, self)
         if root in HARMLESS:
             self.passing("outputs" if root in ("$OUT", "$ANOUT", "$OUT_C") else f"settings of {root}")
+
+    def _switched(self, accessors: Accessors, value: Any) -> None:
+        """An output, by number and value: it may be the arc, however the line names them."""
+        place = accessors[0][0] if accessors and isinstance(accessors[0], tuple) and accessors[0] else None
+        if place is None or not isinstance(value, bool):
+            if any("OUT" in pattern.lines[0].pattern.upper() for pattern in self.controller.patterns):
+                self.state.doubt(f"an output is set whose number or value is not known ({self._named()})")
+            return
+        for text in (f"$OUT[{place}]={str(value).upper()}", f"$OUT[{place}] = {str(value).upper()}"):
+            for pattern in self.controller.patterns:
+                fields = pattern.match(text)
+                if fields is not None:
+                    self.state.happens(pattern.happens, fields, "now", self._named())
+                    return
 
     def _do_exit(self, statement: Statement) -> None:
         raise _Left("loop")
@@ -326,9 +378,9 @@ class Execution:
         if not isinstance(value, UnknownValue):
             self._block(statement.body if truth(value, self) else statement.other)
         else:
-            self._skip(statement, value, (*statement.body, *statement.other))
+            self._skip(statement.value, value, (*statement.body, *statement.other))
 
-    def _skip(self, statement: Statement, value: UnknownValue, body: tuple[Statement, ...]) -> None:
+    def _skip(self, condition: Expression, value: UnknownValue, body: tuple[Statement, ...]) -> None:
         """Pass over statements that may or may not run, where they move nothing."""
         if not self._moves_nothing(body):
             raise refuse(
@@ -336,9 +388,18 @@ class Execution:
             )
         line = self.where.number
         self.passing("unknown conditions on statements that move nothing")
+        self._doubts_in(body)
         for root in set_in(body):
             self.data.set(root, (), UnknownValue(f"{root} is set where line {line} says so"))
-        self.state.stop()
+        if STOPPING & set(variables_of(condition)):  # of others it is not known whether they stop the advance run
+            self.state.stop()
+
+    def _doubts_in(self, body: tuple[Statement, ...]) -> None:
+        for one in body:
+            if one.op == "doubt":
+                self.where = SourceLine(self.where.file, one.line)
+                self._do_doubt(one)
+            self._doubts_in((*one.body, *one.other))
 
     def _moves_nothing(self, body: tuple[Statement, ...]) -> bool:
         for one in body:
@@ -346,7 +407,9 @@ class Execution:
                 return False
             if one.op == "assign":
                 root = self.data.path(one.value[0])[0]
-                if root.startswith("$") and root not in HARMLESS:
+                reference = self.data.parameter(root)
+                root = root if reference is None else reference.root
+                if root.startswith("$") and root not in HARMLESS - OF_TABLE:
                     return False
             elif one.op in ("if", "while", "loop", "repeat"):
                 if not self._moves_nothing((*one.body, *one.other)):
@@ -359,7 +422,7 @@ class Execution:
         of, cases, otherwise = statement.value
         value = evaluate(of, self)
         if isinstance(value, UnknownValue):
-            self._skip(statement, value, tuple(one for _, body in cases for one in body))
+            self._skip(of, value, tuple(one for _, body in cases for one in body))
             return
         last = len(cases) - 1
         for place, (labels, body) in enumerate(cases):
@@ -395,7 +458,7 @@ class Execution:
             self.where = SourceLine(self.where.file, statement.line)
             value = evaluate(statement.value, self)
             if isinstance(value, UnknownValue):
-                self._skip(statement, value, statement.body)
+                self._skip(statement.value, value, statement.body)
                 return
             if not truth(value, self) or not self._loop(statement.body):
                 return

@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from .expressions import Aggregate, Binary, Component, Element, Expression, FunctionCall, Unary
+from .expressions import Aggregate, Binary, Component, Element, Expression, FunctionCall, Unary, Variable
 from .lexing import quoted
 from .values import BUILT_IN
 
@@ -66,6 +66,14 @@ def calls_of(of: Expression | None) -> Iterator[FunctionCall]:
         return
     for inner in _inside(of):
         yield from calls_of(inner)
+
+
+def variables_of(of: Expression | None) -> Iterator[str]:
+    """Names of the variables in an expression."""
+    if isinstance(of, Variable):
+        yield of.name
+    for inner in _inside(of):
+        yield from variables_of(inner)
 
 
 def _inside(of: Expression | None) -> tuple[Expression | None, ...]:

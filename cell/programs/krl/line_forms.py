@@ -13,6 +13,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 
+from ...errors import InputError
 from ..program import SourceLine
 from .events import EventReader
 from .expressions import (
@@ -31,6 +32,7 @@ from .lexing import quoted, refuse, tokens
 from .statements import Declaration, MotionStatement, Statement
 from .triggers import trigger_statements
 from .value_types import structure
+from .values import ImportedValue
 
 CIRCLES = frozenset(("CIRC", "CIRC_REL", "SCIRC", "SCIRC_REL"))
 LINES = frozenset(("LIN", "LIN_REL", "SLIN", "SLIN_REL", "SPL"))
@@ -44,7 +46,6 @@ PASSED = {  # what moves nothing, by its first word
     "EXTFCT": "declarations of other modules",
     "ENUM": "declarations of types",
     "SIGNAL": "declarations of signals",
-    "IMPORT": "declarations of other modules",
     "CHANNEL": "declarations of signals",
     "PULSE": "outputs",
     "BRAKE": "BRAKE",
@@ -52,11 +53,11 @@ PASSED = {  # what moves nothing, by its first word
     "ANIN": "analogue signals",
     "DIGIN": "analogue signals",
     "CONST_VEL": "settings of splines",
-    "TIME_BLOCK": "settings of splines",
     "ON_ERROR_PROCEED": "ON_ERROR_PROCEED",
     "CONFIRM": "CONFIRM",
 }
-EVALUATED = frozenset(("INTERRUPT", "PULSE", "ANOUT", "ANIN", "DIGIN", "CONST_VEL", "TIME_BLOCK"))  # hold values
+EVALUATED = frozenset(("INTERRUPT", "PULSE", "ANOUT", "ANIN", "DIGIN", "CONST_VEL", "CONFIRM"))  # hold values
+_STOPS = re.compile(r"\bDO\s+IR_STOPM\s*\(", re.IGNORECASE)  # the interrupt of the standard INI
 FOREIGN_INTERRUPTS = "interrupts whose sub-programs are not run"
 _MOVE = re.compile(r"(LIN|PTP|SLIN|SPTP|SPL)\s*\{([^{}\[\]\"';]*)\}\s*((?:C_[A-Z]+\s*){0,2})", re.IGNORECASE)
 _REAL = re.compile(r"[-+]?(?:\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:[eE][-+]?\d{1,3})?")
@@ -97,7 +98,14 @@ class LineForms:
         self._harmless = harmless
 
     def statements(
-        self, text: str, line: str, where: SourceLine, events: EventReader, spline: bool
+        self,
+        text: str,
+        line: str,
+        where: SourceLine,
+        events: EventReader,
+        *,
+        spline: bool = False,
+        of_hook: bool = False,
     ) -> Iterator[Statement]:
         """What a line that is no block stands for.
 
@@ -107,6 +115,7 @@ class LineForms:
             where: it stands.
             events: to recognise arcs and layers.
             spline: whether it stands in a spline block.
+            of_hook: whether it is a further line of a hook: what it calls may be missing.
 
         Yields:
             Statements; of kinds that move nothing ``pass``.
@@ -117,6 +126,7 @@ class LineForms:
         word = re.split(r"[^A-Za-z0-9_$]", text, maxsplit=1)[0].upper()
         number = where.number
         if word in MOTIONS:
+            events.close()
             yield Statement("move", number, _motion(word, Cursor(tokens(text, where), where), spline))
             return
         if word == "WAIT":
@@ -130,24 +140,33 @@ class LineForms:
                 yield Statement("pass", number, "declarations of types")
             yield one
             return
-        event = events.of_statement(line)
+        event = None if word == "INTERRUPT" or of_hook else events.of_statement(line, where)
         if event is not None:
             yield Statement("event", number, event)
         if event is None and any(pattern.search(line) for pattern in self._harmless):
             yield Statement("pass", number, "statements that the case calls harmless")
+            yield from _forgotten(text, where)
             return
         if word == "TRIGGER":
             yield from trigger_statements(text, where, event)
+            return
+        if word == "TIME_BLOCK":
+            yield Statement("refused", number, "TIME_BLOCK gives a spline block times, which are not followed")
+            return
+        if word in ("ANIN", "DIGIN") and re.match(r"\w+\s+ON\b", text, re.IGNORECASE):
+            yield Statement("refused", number, f"{word} ON sets a variable over and over, which is not followed")
             return
         if word in PASSED:
             declared = word == "INTERRUPT" and " DECL " in text.upper()
             if word in EVALUATED and not declared:
                 yield from _inner(text[len(word) :], number)
+            if word == "SIGNAL":
+                yield from _signal(text, where)
             if event is None:
-                foreign = declared and "IR_STOPM" not in text.upper()
+                foreign = declared and not _STOPS.search(text)
                 yield _foreign(number) if foreign else Statement("pass", number, PASSED[word])
             return
-        yield from _call_or_assignment(text, where, event is not None)
+        yield from _call_or_assignment(text, where, of_hook or event is not None)
 
     def head(self, word: str, statement: str, where: SourceLine) -> object:
         """What the first line of a block says."""
@@ -176,6 +195,16 @@ class LineForms:
             found.append(expression(cursor))
         cursor.need_end()
         return tuple(found)
+
+    def after_spline(self, statement: str, where: SourceLine) -> frozenset[str]:
+        """How the end of a spline block is rounded."""
+        cursor = Cursor(tokens(statement, where), where)
+        cursor.need("ENDSPLINE")
+        found = set()
+        while (blend := cursor.take(*BLENDS)) is not None:
+            found.add(blend)
+        cursor.need_end()
+        return frozenset(found)
 
     def until(self, statement: str, where: SourceLine) -> Expression:
         """The condition of UNTIL."""
@@ -277,6 +306,7 @@ def _refused(text: str) -> Callable[[Cursor, int], Statement]:
 
 _SIMPLE: dict[str, Callable[[Cursor, int], Statement]] = {
     "WAIT": _wait,
+    "IMPORT": lambda cursor, number: _imported(cursor, number),
     "EXIT": _exit,
     "RETURN": _return,
     "CONTINUE": lambda cursor, number: Statement("continue", number),
@@ -303,6 +333,39 @@ def _inner(text: str, number: int) -> Iterator[Statement]:
         yield Statement("inner", number, names)
 
 
+_SIGNAL = re.compile(r"\bSIGNAL\s+(\w+)\s+\$OUT\s*\[\s*(\d+)\s*\]\s*(TO\b)?", re.IGNORECASE)
+
+
+def _signal(text: str, where: SourceLine) -> Iterator[Statement]:
+    """An output that is given a name."""
+    found = _SIGNAL.search(text)
+    if found is not None:
+        place = None if found.group(3) else int(found.group(2))
+        yield Statement("signal", where.number, {found.group(1).upper(): place})
+
+
+def _forgotten(text: str, where: SourceLine) -> Iterator[Statement]:
+    """Variables that a line sets, or gives to what it calls, which is not followed."""
+    try:
+        cursor = Cursor(tokens(text, where), where)
+        target = _target(cursor)
+        given = arguments(cursor) if cursor.take("(") else (target,) if cursor.take("=") else ()
+    except InputError:
+        return  # of a form of its own: no call and no assignment
+    if given:
+        yield Statement("forget", where.number, given)
+
+
+def _imported(cursor: Cursor, number: int) -> Statement:
+    """A variable that another file has."""
+    cursor.next()
+    name = cursor.need_name("a variable")
+    if cursor.token.kind == "name" and cursor.token.text != "IS":
+        name = cursor.need_name("a variable")
+    imported = ImportedValue(f"{quoted(name)} is imported (IMPORT)")
+    return Statement("declare", number, (Declaration("", name, False, (), Constant(imported)),))
+
+
 def _foreign(number: int) -> Statement:
     """The declaration of an interrupt whose sub-program may move the arm."""
     return Statement("doubt", number, (FOREIGN_INTERRUPTS, "an interrupt is declared, whose sub-program is not run"))
@@ -313,10 +376,12 @@ def _declaration(text: str, where: SourceLine) -> Statement:
     words = set()
     while (word := cursor.take("DECL", "GLOBAL", "CONST")) is not None:
         words.add(word)
+    if cursor.token.text == "SIGNAL":
+        return next(_signal(text, where), Statement("pass", where.number, PASSED["SIGNAL"]))
     if cursor.take("STRUC"):
         return Statement("structure", where.number, structure(cursor))
     if cursor.token.text in PASSED:
-        foreign = cursor.token.text == "INTERRUPT" and "IR_STOPM" not in text.upper()
+        foreign = cursor.token.text == "INTERRUPT" and not _STOPS.search(text)
         return _foreign(where.number) if foreign else Statement("pass", where.number, PASSED[cursor.token.text])
     kind = cursor.need_name("a type")
     found = []

@@ -19,14 +19,18 @@ import numpy as np
 
 from ..orientation import frames_of_poses, pose_of
 from ..program import MoveKind
+from .expressions import Variable
 from .lexing import quoted, refuse
 from .line_forms import CIRCLES
+from .number_kinds import deviation
 from .setting import check_modes
 from .state import NAN, ControllerState, Destination
 from .statements import MotionStatement
-from .values import CARTESIAN, Scope, UnknownValue, evaluate, integer, number, shown
+from .values import CARTESIAN, TIED, Scope, UnknownValue, angles, evaluate, integer, is_tied, number, shown
 
 EXTERNAL = ("E1", "E2", "E3", "E4", "E5", "E6")
+WHERE_IT_IS = (Variable("$AXIS_ACT"), Variable("$POS_ACT"))  # a motion to there moves nothing
+MOST_DEVIATION = 0.1  # mm or degrees by which a computed point may be off
 FURTHEST, MOST_TURN = 1e6, 1e5  # mm, degrees: beyond them nothing is a robot's
 STATUSES, TURNS = 64, 4096  # values that S and T can have
 
@@ -43,10 +47,14 @@ def move(state: ControllerState, motion: MotionStatement, where: tuple[int, int]
     Raises:
         InputError: it has no tool, no base or no end that is known, or names what the arm has not.
     """
-    points = [_point(point, state, scope) for point in motion.points]
-    end, word = points[-1], motion.word
+    word = motion.word
+    if motion.points[0] in WHERE_IT_IS and len(motion.points) == 1 and not word.endswith("_REL"):
+        evaluate(motion.points[0], scope)  # which stops the advance run
+        return
+    points = [_point(point, word, state, scope) for point in motion.points]
+    end = points[-1]
     if not end:
-        return  # PTP $AXIS_ACT: to where the arm is
+        raise refuse(scope.where, "goes to a point without a component")
     external = _external(state, end, word, scope)
     _doubt(state, end)
     if word.endswith("_REL"):
@@ -59,7 +67,10 @@ def move(state: ControllerState, motion: MotionStatement, where: tuple[int, int]
     if word.startswith(("PTP", "SPTP")):
         kind = MoveKind.AXES
     if kind != MoveKind.AXES:
-        check_modes(state, kind == MoveKind.CIRCULAR, scope)
+        circular = ("$CIRC_TYPE",) if kind == MoveKind.CIRCULAR else ()
+        check_modes(state, ("$IPO_MODE", "$ORI_TYPE", *circular), scope)
+    elif to.pose is not None:
+        check_modes(state, ("$IPO_MODE",), scope)
     if to.pose is not None:
         _need_frames(state, scope)
     state.add(kind, to, motion.blends, external, where)
@@ -75,7 +86,7 @@ def position_now(state: ControllerState, scope: Scope) -> list[float] | None:
         assert state.tool is not None
         assert state.base is not None
         pose = forward(np.array(state.joints), np.array(state.external), state.tool, state.base)
-        state.pose = [float(x) for x in pose]
+        state.pose, state.angles_read = [float(x) for x in pose], True
     return state.pose
 
 
@@ -92,18 +103,21 @@ def _need_frames(state: ControllerState, scope: Scope) -> None:
         )
 
 
-def _point(point: Any, state: ControllerState, scope: Scope) -> dict[str, float]:
+def _point(point: Any, word: str, state: ControllerState, scope: Scope) -> dict[str, float]:
     """The numbers of a point, by component."""
     value = point if isinstance(point, dict) else evaluate(point, scope)
     if isinstance(value, UnknownValue):
         raise refuse(scope.where, f"goes to an unknown value: {value.why}")
-    if not isinstance(value, Mapping):
+    if not isinstance(value, Mapping) or any(isinstance(name, tuple) for name in value):
         raise refuse(scope.where, f"goes to a point or to axes, not to {shown(value)}")
     axes = state.controller.axes
     known, names = _known(axes)
-    for name, given in value.items():
+    if not word.startswith(("PTP", "SPTP")):  # which needs no S and T
+        value = {name: given for name, given in value.items() if name not in ("S", "T") or not _unknown(given)}
+    found = {name: given for name, given in value.items() if name not in ("A", "B", "C")} | angles(value, scope)
+    for name, given in found.items():
         if name in known:
-            _in_reach(name, number(given, scope), scope)
+            _in_reach(name, number(given, scope, angle=name in ("A", "B", "C")), scope)
         else:
             raise refuse(
                 scope.where,
@@ -111,7 +125,11 @@ def _point(point: Any, state: ControllerState, scope: Scope) -> dict[str, float]
             )
     if not names.isdisjoint(value) and any(name in value for name in CARTESIAN):
         raise refuse(scope.where, "goes to a point and to axes at once")
-    return dict(value)
+    return {name: found[name] for name in value}
+
+
+def _unknown(value: Any) -> bool:
+    return isinstance(value, UnknownValue)
 
 
 @cache
@@ -126,6 +144,10 @@ def _in_reach(name: str, value: float, scope: Scope) -> None:
         unit = "mm" if name in "XYZ" else "degrees"
         raise refuse(
             scope.where, f"{name} {value:g}: at most {FURTHEST if unit == 'mm' else MOST_TURN:g} {unit} is allowed"
+        )
+    if deviation(value) > MOST_DEVIATION:
+        raise refuse(
+            scope.where, f"{name} {value:g} may be off by {deviation(value):.2g}: the controller has seven digits"
         )
 
 
@@ -188,6 +210,9 @@ def _pose(state: ControllerState, end: dict[str, float], scope: Scope) -> list[f
     if missing and held is None:
         raise refuse(scope.where, f"gives no {' '.join(missing)}, and the earlier position of the TCP is not known")
     pose = list(held) if held is not None else [NAN] * 6
+    angles_left_out = {"A", "B", "C"} & set(missing)
+    if 0 < len(angles_left_out) < 3 and state.angles_read and held is not None and is_tied(np.degrees(held[3:])):
+        raise refuse(scope.where, f"leaves {' '.join(sorted(angles_left_out))} out where it is not known: {TIED}")
     for i, name in enumerate(CARTESIAN):
         if name in end:
             pose[i] = end[name] * 1e-3 if i < 3 else math.radians(end[name])
@@ -203,7 +228,7 @@ def _cartesian(
         raise refuse(scope.where, f"{motion.word} goes to axes; here it needs a point with X Y Z A B C")
     pose = _pose(state, end, scope)
     if motion.word not in CIRCLES:
-        return Destination(pose=pose)
+        return Destination(pose=pose, read=state.angles_read and not any(name in end for name in "ABC"))
     via = [points[0].get(name, NAN) for name in CARTESIAN]
     if any(math.isnan(x) for x in via[:3]):
         raise refuse(scope.where, "the auxiliary point of a circle needs X Y Z")
@@ -232,11 +257,13 @@ def _relative(
         raise refuse(scope.where, f"{word} with S or T is not supported")
     pose = _stepped(held, end, motion, scope)
     if word not in CIRCLES:
-        return Destination(pose=pose)
+        return Destination(pose=pose, read=motion.frame == "#TOOL" or state.angles_read)
     # both points of a circle count from where it begins
     via = _stepped(held, points[0], motion, scope)
     angle = NAN if motion.angle is None else math.radians(number(evaluate(motion.angle, scope), scope))
-    return Destination(pose=pose, via=[*via[:3], NAN, NAN, NAN], angle=angle)
+    return Destination(
+        pose=pose, via=[*via[:3], NAN, NAN, NAN], angle=angle, read=motion.frame == "#TOOL" or state.angles_read
+    )
 
 
 def _stepped(held: list[float], by: dict[str, float], motion: MotionStatement, scope: Scope) -> list[float]:

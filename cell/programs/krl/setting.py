@@ -16,7 +16,7 @@ from typing import Any
 from ..program import BaseFrame, ToolFrame
 from .lexing import quoted, refuse
 from .state import ControllerState, Speeds
-from .values import CoupledFrame, ListedFrame, Scope, frame_dict, integer, matrix, number, shown
+from .values import CARTESIAN, CoupledFrame, ListedFrame, Scope, frame_dict, integer, matrix, number, shown
 
 OUTPUTS = frozenset(("$OUT", "$OUT_C", "$ANOUT", "$PULSE"))
 _HARMLESS = (
@@ -24,6 +24,7 @@ _HARMLESS = (
     "$ACT_EX_AX $ASYNC_AXIS $LOOP_MSG $LOOP_CONT $MSG_T $GEAR_JERK $JERK $ECO_LEVEL $CP_STATMON"
 )
 HARMLESS = OUTPUTS | frozenset(_HARMLESS.split())
+OF_TABLE = frozenset(("$ASYNC_AXIS", "$ACT_EX_AX"))  # harmless where it is known what is assigned
 MODES = {  # how moves are interpolated, with what is known here
     "$IPO_MODE": "#BASE",
     "$ORI_TYPE": "#VAR",
@@ -56,6 +57,8 @@ def assign(state: ControllerState, path: tuple[str, str], indices: tuple[int, ..
             raise refuse(scope.where, f"$ADVANCE is 0 to 5, not {state.speeds.advance}")
     elif name in _STRUCTURES and not part and isinstance(value, dict):
         for one, inner in value.items():
+            if isinstance(one, tuple):
+                raise refuse(scope.where, f"{name} is a structure, not an array")
             _speed(state.speeds, (name, one), indices, inner, scope)
     elif name in _STRUCTURES or name in _ARRAYS or name == "$OV_PRO":
         _speed(state.speeds, path, indices, value, scope)
@@ -64,7 +67,7 @@ def assign(state: ControllerState, path: tuple[str, str], indices: tuple[int, ..
             state.external_active = isinstance(value, int | float) and value > 0
         if name == "$ASYNC_AXIS" and integer(value, scope) & 0b11:
             raise refuse(scope.where, "$ASYNC_AXIS makes E1 or E2 asynchronous: only synchronous axes are supported")
-        if name in OUTPUTS:
+        if name in OUTPUTS and name != "$OUT_C":  # which is set by the main run, at the corner itself
             state.stop()
     else:
         raise refuse(
@@ -73,15 +76,21 @@ def assign(state: ControllerState, path: tuple[str, str], indices: tuple[int, ..
         )
 
 
-def check_modes(state: ControllerState, circle: bool, scope: Scope) -> None:
-    """Refuse a Cartesian move that is interpolated in another way than is known here.
+def check_modes(state: ControllerState, asked: tuple[str, ...], scope: Scope) -> None:
+    """Refuse a move to a pose that is interpolated in another way than is known here.
+
+    Args:
+        state: what holds.
+        asked: of :data:`MODES`, those that the move depends on.
+        scope: for messages.
 
     Raises:
         InputError: it is.
     """
-    for name, known in MODES.items():
+    for name in asked:
+        known = MODES[name]
         held = state.modes.get(name, known)
-        if held != known and (circle or name != "$CIRC_TYPE"):
+        if held != known:
             raise refuse(scope.where, f"{name} is {held}: only {known} is supported")
 
 
@@ -90,10 +99,13 @@ def _frame(state: ControllerState, name: str, part: str, value: Any, scope: Scop
         held = state.tool if name == "$TOOL" else state.base
         if held is None or (isinstance(held, BaseFrame) and held.coupled):
             raise refuse(scope.where, f"{name}.{part} is set where {name} is {'none' if held is None else 'coupled'}")
-        frame = frame_dict(held.T_flange_tcp if isinstance(held, ToolFrame) else held.T)
-        if part not in frame:
+        frame = state.numbers[name]
+        if part not in CARTESIAN:
             raise refuse(scope.where, f"{name} has X Y Z A B C, not {quoted(part)}")
-        value = {**frame, part: number(value, scope)}
+        if frame is None and part in "ABC":
+            raise refuse(scope.where, f"{name}.{part} is set where A B C of {name} were not given by the program")
+        frame = frame or frame_dict(held.T_flange_tcp if isinstance(held, ToolFrame) else held.T)
+        value = {**frame, part: value}
     number_in_list = value.number if isinstance(value, ListedFrame) else None
     if name == "$TOOL":
         if isinstance(value, ListedFrame) and value.place == "BASE_DATA" and value.number:
@@ -105,6 +117,8 @@ def _frame(state: ControllerState, name: str, part: str, value: Any, scope: Scop
         if isinstance(value, ListedFrame) and value.place == "TOOL_DATA" and value.number:
             raise refuse(scope.where, f"$BASE = TOOL_DATA[{value.number}]: a base is BASE_DATA[n], EK(..) or a frame")
         state.set_base(BaseFrame(matrix(value, scope), coupled=False, number=number_in_list))
+    if isinstance(value, dict):
+        state.numbers[name] = {one: value[one] for one in CARTESIAN}
 
 
 LEAST_SHARE = 1e-3  # %: with less the arm stands
@@ -173,7 +187,7 @@ _ARRAYS = {
 
 def _speed(speeds: Speeds, path: tuple[str, str], indices: tuple[int, ...], value: Any, scope: Scope) -> None:
     name, part = path
-    given = number(value, scope)
+    given = float(number(value, scope))
     if name in _ARRAYS:
         share = _moving_share(given)
         if share is None or len(indices) != 1:

@@ -89,7 +89,10 @@ class Sources:
             self._texts[suffix] = self._searched(paths[: self._controller.limits.files])
         if (suffix, name) not in self._found:
             texts = self._texts[suffix].items()
-            self._found[suffix, name] = next((path for path, text in texts if name in text and word.search(text)), None)
+            found = [path for path, text in texts if name in text and word.search(text)]
+            if len(found) > 1:
+                raise InputError(f"{printable(found[0])}: {name} is GLOBAL here and in {printable(found[1].name)}")
+            self._found[suffix, name] = found[0] if found else None
         path = self._found[suffix, name]
         return None if path is None else self._file(path)
 

@@ -13,6 +13,7 @@ Metres and radians. Speeds are NaN until the program sets them.
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -89,6 +90,7 @@ class Destination:
         angle: of a circular move, rad.
         status: S.
         turn: T.
+        read: whether A B C of the pose were worked out: the controller may have others for the same orientation.
     """
 
     joints: list[float] | None = None
@@ -97,6 +99,7 @@ class Destination:
     angle: float = NAN
     status: int = -1
     turn: int = -1
+    read: bool = False
 
 
 class ControllerState:
@@ -107,8 +110,11 @@ class ControllerState:
         self.speeds = Speeds()
         self.tool: ToolFrame | None = None
         self.base: BaseFrame | None = None
+        # X Y Z A B C of both as the program gave them: other A B C can stand for the same orientation
+        self.numbers: dict[str, dict[str, Any] | None] = {"$TOOL": None, "$BASE": None}
         self.joints: list[float] | None = None  # of the arm, None where they are not known
         self.pose: list[float] | None = None  # in the base and with the tool that hold, None where it is not known
+        self.angles_read = False  # A B C of the pose were worked out, not given by the program
         self.external = [NAN, NAN]
         self.modes: dict[str, str] = {}  # of interpolation, where they have been set
         self.arc = False
@@ -133,11 +139,11 @@ class ControllerState:
 
     def set_tool(self, tool: ToolFrame | None) -> None:
         """Another tool: where the TCP is now is known no longer."""
-        self.tool, self._tool, self.pose = tool, -1, None
+        self.tool, self._tool, self.pose, self.numbers["$TOOL"] = tool, -1, None, None
 
     def set_base(self, base: BaseFrame | None) -> None:
         """Another base, likewise."""
-        self.base, self._base, self.pose = base, -1, None
+        self.base, self._base, self.pose, self.numbers["$BASE"] = base, -1, None, None
 
     def _indices(self) -> tuple[int, int]:
         """The tool and the base that hold, among those that moves name."""
@@ -200,7 +206,7 @@ class ControllerState:
         )
         for name, value in values:
             columns[name].append(value)
-        self.joints, self.pose, self.external = to.joints, to.pose, list(external)
+        self.joints, self.pose, self.external, self.angles_read = to.joints, to.pose, list(external), to.read
         for event in self._waiting:
             self._happens(event.kind, event.fields, event.line, len(self))
         self._waiting = []
@@ -211,6 +217,8 @@ class ControllerState:
         if not blends or speeds.advance == 0:
             return 0.0, 0.0
         distance = speeds.distance if "C_DIS" in blends else 0.0
+        if axes and not blends <= {"C_PTP", "C_DIS"}:
+            return ANYWHERE, 1.0
         if axes:
             return distance, speeds.axes_share if "C_PTP" in blends else 0.0
         if "C_DIS" in blends:
@@ -218,6 +226,26 @@ class ControllerState:
         if "C_VEL" in blends:
             return 0.0, speeds.share
         return ANYWHERE, 0.0  # C_ORI, C_SPL
+
+    def held(self) -> Callable[[], None]:
+        """What WITH may set for a while; called, it is set back."""
+        speeds, tool, base = self.speeds.copy(), self.tool, self.base
+        modes, numbers = self.modes.copy(), self.numbers.copy()
+
+        def set_back() -> None:
+            self.speeds, self.modes = speeds, modes
+            if self.tool is not tool:
+                self.set_tool(tool)
+            if self.base is not base:
+                self.set_base(base)
+            self.numbers = numbers
+
+        return set_back
+
+    def round_last(self, blends: frozenset[str]) -> None:
+        """The corner at the end of the move that was added last is rounded (ENDSPLINE C_SPL)."""
+        if len(self):
+            self._columns["blend"][-1], self._columns["blend_share"][-1] = self._blend(False, blends)
 
     def stop(self) -> None:
         """The advance run stops: the corner before it is not rounded, unless CONTINUE stands before."""

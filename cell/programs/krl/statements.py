@@ -84,11 +84,12 @@ class Statement:
 
     Attributes:
         op: move (MotionStatement), assign (target, value), call (FunctionCall, whether it may be missing), event
-            (Happening), declare (Declarations), structure (name, types of
-            its components), if (condition), for (variable, from, to, step), while, repeat
+            (Happening), declare (Declarations), if (condition), for (variable, from, to, step), while, repeat
             (condition), loop, switch (value, cases), exit, return (value or None), wait (seconds), stop (a word
-            that ends the advance run), inner (names of functions called in a line that is passed over), continue,
-            spline (settings), refused (a text), pass (a kind).
+            that ends the advance run), inner (names of functions called in a line that is passed
+            over), signal (outputs by name), forget (arguments that a line that is passed over may set), triggered (a
+            sub-program and its arguments), continue, spline (settings, blends), structure (name, types of its
+            components), refused (a text), pass (a kind).
         line: from 1.
         value: see op.
         body: of blocks.

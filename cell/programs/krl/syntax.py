@@ -92,6 +92,7 @@ class _FileParser:
             if len(line) > self.controller.limits.line:
                 raise refuse(self._where(number), f"has a line of more than {self.controller.limits.line} characters")
             if self.part is not None and (move := constant_move(line)) is not None:
+                self.events.close()
                 self._append(Statement("move", number, replace(move, spline=True) if self._in_spline() else move))
                 continue
             self._line(line, number)
@@ -117,10 +118,10 @@ class _FileParser:
         statement, comment = without_comment(line)
         statement = statement.strip()
         where = self._where(number)
-        if self.part is not None and self.events.follows(line):
-            return
+        of_hook = self.part is not None and self.events.follows(line)
         if not statement:
-            self._comment(line, number)
+            if not of_hook:
+                self._comment(line, number)
             return
         word = statement.split(None, 1)[0].split("(", 1)[0].upper()
         if self._frame_of_parts(statement, word, where):
@@ -130,16 +131,17 @@ class _FileParser:
         if word in OPENING or word in CLOSING:
             self._block(word, statement, where)
         else:
-            for found in self.forms.statements(statement, line, where, self.events, self._in_spline()):
+            spline = self._in_spline()
+            for found in self.forms.statements(statement, line, where, self.events, spline=spline, of_hook=of_hook):
                 if found.op == "pass":
                     self.passed[found.value] += 1
                 else:
                     self._append(found)
-        if comment and (event := self.events.of_comment(comment)) is not None:
+        if comment and not of_hook and (event := self.events.of_comment(comment, where)) is not None:
             self._append(Statement("event", number, event))
 
     def _comment(self, line: str, number: int) -> None:
-        event = self.events.of_comment(line) if self.part is not None else None
+        event = self.events.of_comment(line, self._where(number)) if self.part is not None else None
         if event is not None:
             self._append(Statement("event", number, event))
         else:
@@ -212,6 +214,10 @@ class _FileParser:
         block = self.blocks[-1]
         if word not in OPENING.get(block.word, ()):
             raise refuse(where, f"{word} stands where {block.word} of line {block.line} is open")
+        if word not in ("CASE", "UNTIL", "ENDSPLINE"):
+            cursor = Cursor(tokens(statement, where), where)
+            cursor.need(word)
+            cursor.need_end()
         if word == "ELSE":
             if block.otherwise:
                 raise refuse(where, f"a second ELSE of IF in line {block.line}")
@@ -248,7 +254,7 @@ class _FileParser:
         elif block.word == "REPEAT":
             made = Statement("repeat", line, self.forms.until(statement, where), body)
         elif block.word == "SPLINE":
-            made = Statement("spline", line, block.head, body)
+            made = Statement("spline", line, (block.head, self.forms.after_spline(statement, where)), body)
         else:
             made = Statement(block.word.lower(), line, block.head, body)
         self._append(made)

@@ -14,17 +14,23 @@ import re
 from collections.abc import Iterator
 
 from ..program import EventKind, SourceLine
-from .expressions import Constant, Variable
+from .expressions import Constant, Cursor, Expression, Variable, arguments
 from .inner_calls import called_in
-from .lexing import quoted, refuse
-from .setting import HARMLESS
+from .lexing import quoted, refuse, tokens
+from .setting import HARMLESS, OF_TABLE
 from .statements import RecognisedEvent, Statement
-from .values import UnknownValue
+from .values import FloatingValue
 
 PASSED = "triggers that are not a known event"
 CALLS = "triggers whose sub-programs are not run"
 _DONE = re.compile(r"\bDO\b\s*(.*?)\s*(?:\bPRIO\s*=[^;]*)?(;.*)?$", re.IGNORECASE)
-_COMPUTED = re.compile(r"\b(PATH|DELAY)\s*=\s*(?![-+]?[\d.]+(\s|$))", re.IGNORECASE)
+# ArcTech's own distances, in its data, are not known: it is taken to be at its point
+_COMPUTED = re.compile(r"\bPATH\s*=\s*ArcGetPath\b|\bDELAY\s*=(?!\s*[-+]?[\d.]+(\s|$))", re.IGNORECASE)
+_PLACE_COMPUTED = re.compile(
+    r"\bPATH\s*=(?!\s*ArcGetPath\b)(?!\s*[-+]?[\d.]+\s*(ONSTART|DELAY|DO|$))|\bDISTANCE\s*=(?!\s*[01]\s+(DELAY|DO)\b)",
+    re.IGNORECASE,
+)
+_WHEN = re.compile(r"\bWHEN\b|\bArcGet\w+\s*\(", re.IGNORECASE)
 _NAME = re.compile(r"([A-Za-z_$][A-Za-z0-9_$]*)(?:\s*(?:\[[^\]]*\]|\.\s*\w+))*\s*(=|\()")
 
 
@@ -49,6 +55,14 @@ def trigger_statements(text: str, where: SourceLine, event: RecognisedEvent | No
         InputError: it says nothing to do.
     """
     number = where.number
+    asked = called_in(_WHEN.sub("", text[: text.upper().find(" DO ")]))
+    if asked:
+        yield Statement("inner", number, asked)
+    if event is not None and _PLACE_COMPUTED.search(text):
+        yield Statement(
+            "refused", number, f"a TRIGGER with a computed PATH or DISTANCE: {event.kind.value} is not followed"
+        )
+        return
     if event is not None:
         if event.kind in (EventKind.ARC_ON, EventKind.ARC_OFF):
             yield from _off_its_point(event, text, number)
@@ -60,15 +74,22 @@ def trigger_statements(text: str, where: SourceLine, event: RecognisedEvent | No
     inner = called_in(done_by(text)) if sign == "=" or name == "PULSE" else ()
     if inner:
         yield Statement("doubt", number, (CALLS, f"a TRIGGER calls {quoted(inner[0])}, which is not run"))
-    if name == "PULSE" or (sign == "=" and name in HARMLESS):
+    if name == "PULSE" or (sign == "=" and name in HARMLESS - OF_TABLE):
         yield Statement("pass", number, PASSED)
     elif sign == "(":
-        yield Statement("doubt", number, (CALLS, f"a TRIGGER calls {quoted(name)}, which is not run"))
+        yield Statement("triggered", number, (name, _arguments(done_by(text), where)))
     elif name.startswith("$"):
         yield Statement("refused", number, f"a TRIGGER sets {quoted(name)}: the time at which it does so is not known")
     else:
-        unknown = UnknownValue(f"{quoted(name)} is set by the TRIGGER of line {number}")
+        unknown = FloatingValue(f"{quoted(name)} is set by the TRIGGER of line {number}")
         yield Statement("assign", number, (Variable(name), Constant(unknown)))
+
+
+def _arguments(text: str, where: SourceLine) -> tuple[Expression | None, ...]:
+    cursor = Cursor(tokens(text.split(";", 1)[0], where), where)
+    cursor.need_name("a sub-program")
+    cursor.need("(")
+    return arguments(cursor)
 
 
 def _off_its_point(event: RecognisedEvent, text: str, number: int) -> Iterator[Statement]:

@@ -17,13 +17,24 @@ from typing import Any
 
 from .expressions import Cursor
 from .lexing import quoted, refuse
-from .values import CARTESIAN, MaybeInteger, Scope, UnknownValue, integer
+from .number_kinds import ComputedReal, MaybeInteger, TiedAngle, TurnAngle
+from .values import CARTESIAN, CoupledFrame, Scope, UnknownValue, integer
 
 INT, REAL = "INT", "REAL"
 EITHER = "INT or REAL"
-_AXES = tuple(f"{kind}{n}" for kind in "AE" for n in range(1, 7))
-_POSITION = {**dict.fromkeys((*CARTESIAN, *_AXES), REAL), "S": INT, "T": INT}
-_POSITIONS = ("FRAME", "POS", "E6POS", "AXIS", "E6AXIS")
+_FRAME, _AXES, _EXTERNAL = (
+    dict.fromkeys(names, REAL) for names in (CARTESIAN, *([f"{kind}{n}" for n in range(1, 7)] for kind in "AE"))
+)
+_POS = {**_FRAME, "S": INT, "T": INT}
+_POSITIONS = {
+    **{"FRAME": _FRAME, "POS": _POS, "E6POS": _POS | _EXTERNAL},
+    **{"AXIS": _AXES, "E6AXIS": _AXES | _EXTERNAL},
+}
+OF_CONTROLLER = {  # variables that every controller declares
+    **{name: name.removesuffix("_ACT") for name in ("FDAT_ACT", "PDAT_ACT", "LDAT_ACT")},
+    **{"FDEFAULT": "FDAT", "PDEFAULT": "PDAT", "LDEFAULT": "LDAT", "HOME": "E6AXIS", "XHOME": "E6AXIS"},
+    **{"TOOL_DATA": "FRAME", "BASE_DATA": "FRAME"},
+}
 _OF_REALS = ["VEL", "ACC", "APO_DIST", "APO_FAC", "AXIS_VEL", "AXIS_ACC", "JERK_FAC", "GEAR_JERK", "X", "Y", "Z"]
 _OTHERS = {
     "FDAT": {"TOOL_NO": INT, "BASE_NO": INT},
@@ -46,9 +57,9 @@ class ValueTypes:
 
     def component(self, kind: str | None, name: str) -> str:
         """The type of a component of a type."""
-        if kind in _POSITIONS or kind is None:
-            return _POSITION.get(name, EITHER)
-        return self._declared.get(kind, _OTHERS.get(kind, {})).get(name, EITHER)
+        if kind is None:
+            return EITHER
+        return self._declared.get(kind, _POSITIONS.get(kind, _OTHERS.get(kind, {}))).get(name, EITHER)
 
     def along(self, kind: str | None, accessors: tuple[str | tuple[int, ...], ...]) -> str | None:
         """The type of a part of a variable: an element of an array has the array's."""
@@ -61,11 +72,17 @@ class ValueTypes:
         """A value as a variable of a type holds it; structures and arrays are copied.
 
         Args:
-            kind: of the variable; None: it is not known, and what is no component is held as it is.
+            kind: of the variable; None where it is not known.
             value: given to it.
             scope: for messages.
         """
+        if isinstance(value, CoupledFrame):
+            return UnknownValue("a frame on an external kinematic, kept in a variable")
         if type(value) is dict:
+            if kind in _POSITIONS:  # what the type has not is dropped: a FRAME given an E6POS
+                value = {
+                    name: one for name, one in value.items() if isinstance(name, tuple) or name in _POSITIONS[kind]
+                }
             return {
                 name: self.held(self.component(kind, name) if isinstance(name, str) else kind, one, scope)
                 for name, one in value.items()
@@ -73,17 +90,23 @@ class ValueTypes:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             return value
         if kind == REAL:
-            return float(value)
+            return value if isinstance(value, (ComputedReal, TurnAngle, TiedAngle)) else float(value)
         if kind == INT:
             return integer(value, scope)
-        return MaybeInteger(value) if kind == EITHER and float(value).is_integer() else value
+        either = kind in (EITHER, None) and type(value) in (int, float)
+        return MaybeInteger(value) if either and float(value).is_integer() else value
 
-
-def rounded_or_not(name: str, kind: str | None, value: Any) -> Any:
-    """What is assigned to a variable while a program runs; not known where the variable may round it."""
-    if kind == EITHER and isinstance(value, float) and not value.is_integer():
-        return UnknownValue(f"{quoted(name)} may be INT, and round {value:g}: its STRUC is not among the files")
-    return value
+    def assigned(self, name: str, kind: str | None, value: Any) -> Any:
+        """What is assigned to a variable while a program runs; not known where the variable may round it."""
+        if type(value) is dict:
+            return {
+                part: self.assigned(name, self.component(kind, part) if isinstance(part, str) else kind, one)
+                for part, one in value.items()
+            }
+        real = isinstance(value, float) and (isinstance(value, ComputedReal) or not value.is_integer())
+        if real and kind not in (INT, REAL):
+            return UnknownValue(f"{quoted(name)} may be INT, and round {value:g}: its type is not among the files")
+        return value
 
 
 def structure(cursor: Cursor) -> tuple[str, dict[str, str]]:

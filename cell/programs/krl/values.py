@@ -12,7 +12,7 @@ it would move the arm. Nothing of Python's own evaluation is used.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -25,10 +25,22 @@ from ..orientation import frames_of_poses, pose_of
 from ..program import SourceLine
 from .expressions import Aggregate, Binary, Component, Constant, Element, Expression, FunctionCall, Unary, Variable
 from .lexing import quoted, refuse
+from .number_kinds import (
+    LARGEST_INTEGER,
+    ComputedReal,
+    MaybeInteger,
+    TiedAngle,
+    TurnAngle,
+    apart,
+    calculated,
+    direction,
+    function_value,
+    is_real,
+    rounds_alike,
+)
 
 CARTESIAN = ("X", "Y", "Z", "A", "B", "C")
 LARGEST = 3.4e38  # of the language's numbers
-LARGEST_INTEGER = 2**31
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +48,6 @@ class UnknownValue:
     """A value that is not known here, and why."""
 
     why: str
-
-
-class MaybeInteger(float):
-    """A whole number of which it is not known whether it is INT or REAL."""
 
 
 class ListedFrame(dict[str, Any]):
@@ -138,8 +146,21 @@ def element(value: Any, indices: tuple[int, ...], scope: Scope) -> Any:
     return value[indices] if indices in value else UnknownValue(f"element {list(indices)} has no value")
 
 
-def number(value: Any, scope: Scope) -> float:
+class FloatingValue(UnknownValue):
+    """The value of a variable that something sets at a time that is not known: it stays so whatever is assigned."""
+
+
+class ImportedValue(UnknownValue):
+    """The value of a variable that belongs to another file (IMPORT)."""
+
+
+def number(value: Any, scope: Scope, *, angle: bool = False) -> float:
     """A value as a number.
+
+    Args:
+        value: the value.
+        scope: for messages.
+        angle: whether what it is needed for is the same after whole turns.
 
     Raises:
         InputError: it is none, or not known.
@@ -150,7 +171,30 @@ def number(value: Any, scope: Scope) -> float:
         raise refuse(scope.where, f"needs a number, not {shown(value)}")
     if not abs(value) <= LARGEST:
         raise refuse(scope.where, f"comes to {value:g}, which is not a number of KRL")
+    if isinstance(value, int) and abs(value) > LARGEST_INTEGER:
+        raise refuse(scope.where, f"comes to {value}, which is beyond INT")
+    if isinstance(value, TurnAngle) and not angle:
+        raise refuse(
+            scope.where, f"depends on an angle of ATAN2 that may be {value % 360 - 360:g} or {value % 360:g} degrees"
+        )
+    if isinstance(value, TiedAngle):
+        raise refuse(scope.where, TIED)
     return value
+
+
+TIED = "takes one of A B C alone where they were read, and the controller may have read others for the same orientation"
+
+
+def angles(frame: Mapping[str, Any], scope: Scope) -> dict[str, float]:
+    """A B C of a frame or point, degrees, as many as it has: read from the controller all three, or none of them.
+
+    Raises:
+        InputError: one of them alone was read where others stand for the same orientation; or as :func:`number`.
+    """
+    given = {name: frame[name] for name in "ABC" if name in frame}
+    if len(given) == 3 and all(isinstance(value, TiedAngle) for value in given.values()):
+        return {name: float(value) for name, value in given.items()}
+    return {name: number(value, scope, angle=True) for name, value in given.items()}
 
 
 def integer(value: Any, scope: Scope) -> int:
@@ -162,6 +206,8 @@ def integer(value: Any, scope: Scope) -> int:
     found = number(value, scope)
     if abs(found) > LARGEST_INTEGER:
         raise refuse(scope.where, f"comes to {found:g}, which is not a whole number of KRL")
+    if not rounds_alike(found):
+        raise refuse(scope.where, f"rounds {found:g}, which the controller's seven digits may round otherwise")
     if found < 0 and found % 1 == 0.5:
         raise refuse(scope.where, f"rounds {found:g}, and it is not known whether up or down")
     return math.floor(found + 0.5)
@@ -209,7 +255,7 @@ def matrix(value: Any, scope: Scope) -> Floats:
     missing = next((name for name in CARTESIAN if name not in value), None)
     if missing is not None:
         raise refuse(scope.where, f"a frame needs X Y Z A B C; {missing} has no value")
-    numbers = [number(value[name], scope) for name in CARTESIAN]
+    numbers = [*(number(value[name], scope) for name in "XYZ"), *angles(value, scope).values()]
     return frames_of_poses(np.array([*(1e-3 * x for x in numbers[:3]), *map(math.radians, numbers[3:])]))
 
 
@@ -220,6 +266,28 @@ def frame_dict(T: Floats) -> dict[str, float]:
     return dict(zip(CARTESIAN, map(float, values), strict=True))
 
 
+NEAR_DEG = 0.01  # of B from 90 degrees, and of A and C from 180, where other A B C are as good
+READ_MM, READ_DEG = 0.05, 0.01  # by which the controller may have a position otherwise than it was commanded
+
+
+def measured(T: Floats) -> dict[str, float]:
+    """A matrix (4, 4), m, as the controller gives a position or the result of a computation, in mm and degrees."""
+    frame = frame_dict(T)
+    tied = is_tied([frame[name] for name in "ABC"])
+    return {
+        name: ComputedReal(value, READ_MM)
+        if name in "XYZ"
+        else (TiedAngle(value) if tied else ComputedReal(value, READ_DEG))
+        for name, value in frame.items()
+    }
+
+
+def is_tied(angles_deg: Sequence[float] | Floats) -> bool:
+    """Whether A B C (3,), degrees, are not the only ones for their orientation, or nearly so."""
+    a, b, c = (abs(float(angle)) for angle in angles_deg)
+    return b > 90 - NEAR_DEG or max(a, c) > 180 - NEAR_DEG
+
+
 def _unary(operator: str, value: Any, scope: Scope) -> Any:
     if isinstance(value, UnknownValue):
         return value
@@ -227,10 +295,12 @@ def _unary(operator: str, value: Any, scope: Scope) -> Any:
         return not truth(value, scope)
     if operator == "B_NOT":
         return ~integer(value, scope)
-    found = number(value, scope)
+    found = number(value, scope, angle=True)
     if operator != "-":
         return found
-    return MaybeInteger(-found) if isinstance(found, MaybeInteger) else -found
+    if isinstance(found, ComputedReal):
+        return ComputedReal(-found, found.deviation)
+    return type(found)(-found) if isinstance(found, (MaybeInteger, TurnAngle)) else -found
 
 
 _COMPARED: dict[str, Callable[[Any, Any], bool]] = {
@@ -265,14 +335,20 @@ def _binary(operator: str, a: Any, b: Any, scope: Scope) -> Any:
         return _BITS[operator](integer(a, scope), integer(b, scope))
     if operator in ("==", "<>") and isinstance(a, (bool, str)) and type(a) is type(b):
         return _COMPARED[operator](a, b)
-    x, y = number(a, scope), number(b, scope)
+    x, y = (number(value, scope, angle=operator in ("+", "-")) for value in (a, b))
     if operator in _COMPARED:
+        if not apart(x, y):
+            raise refuse(scope.where, f"compares {x:g} with {y:g}, closer than the seven digits of the controller tell")
         return _COMPARED[operator](x, y)
     return number(_arithmetic(operator, x, y, scope), scope)
 
 
 def _arithmetic(operator: str, x: float, y: float, scope: Scope) -> float:
-    if (isinstance(x, MaybeInteger) and not _is_real(y)) or (isinstance(y, MaybeInteger) and not _is_real(x)):
+    if isinstance(x, TurnAngle) or isinstance(y, TurnAngle):
+        return TurnAngle(x + y if operator == "+" else x - y)
+    if operator == "/" and y == 0:
+        raise refuse(scope.where, "divides by 0")
+    if (isinstance(x, MaybeInteger) and not is_real(y)) or (isinstance(y, MaybeInteger) and not is_real(x)):
         found = _arithmetic(operator, int(x), int(y), scope)
         if operator == "/" and found != x / y:
             raise refuse(
@@ -280,40 +356,31 @@ def _arithmetic(operator: str, x: float, y: float, scope: Scope) -> float:
                 f"divides {x:g} by {y:g}, which may both be INT: the STRUC of one is not among the files",
             )
         return MaybeInteger(found)
-    if operator == "+":
-        return x + y
-    if operator == "-":
-        return x - y
-    if operator == "*":
-        return x * y
-    if y == 0:
-        raise refuse(scope.where, "divides by 0")
-    if isinstance(x, int) and isinstance(y, int):
-        return math.trunc(x / y) if abs(x) < 2**53 else x // y
-    return x / y
-
-
-def _is_real(value: float) -> bool:
-    return isinstance(value, float) and not isinstance(value, MaybeInteger)
+    if not (isinstance(x, int) and isinstance(y, int)):
+        return calculated(operator, x, y)
+    if operator == "/":
+        return math.trunc(x / y)
+    return x + y if operator == "+" else x - y if operator == "-" else x * y
 
 
 def _geometric(a: Any, b: Any, scope: Scope) -> Any:
-    """A frame in a frame; the result has X Y Z A B C alone."""
+    """A frame in a frame; the result has what else the second has: S, T, external axes."""
     if isinstance(a, CoupledFrame):
-        return CoupledFrame(a.T @ matrix(b, scope), a.machine, a.root)
-    return frame_dict(matrix(a, scope) @ matrix(b, scope))
+        return UnknownValue("a frame on an external kinematic, with another put into it")
+    result: dict[str, Any] = measured(matrix(a, scope) @ matrix(b, scope))
+    return result | {name: value for name, value in b.items() if name not in CARTESIAN}
 
 
-_FUNCTIONS: dict[str, Callable[..., float]] = {
-    "ABS": lambda x: float(abs(x)),
+_FUNCTIONS: dict[str, Callable[[float], float]] = {
+    "ABS": abs,
     "SQRT": lambda x: math.sqrt(x) if x >= 0 else math.nan,
     "SIN": lambda x: math.sin(math.radians(x)),
     "COS": lambda x: math.cos(math.radians(x)),
     "TAN": lambda x: math.tan(math.radians(x)),
     "ACOS": lambda x: math.degrees(math.acos(x)) if abs(x) <= 1 else math.nan,
-    "ATAN2": lambda y, x: math.degrees(math.atan2(y, x)) % 360,
 }
-BUILT_IN = frozenset((*_FUNCTIONS, "INV_POS"))  # functions whose values are worked out here
+_OF_ANGLES = ("SIN", "COS", "TAN")
+BUILT_IN = frozenset((*_FUNCTIONS, "ATAN2", "INV_POS"))  # functions whose values are worked out here
 
 
 def _call(of: FunctionCall, scope: Scope) -> Any:
@@ -326,6 +393,10 @@ def _call(of: FunctionCall, scope: Scope) -> Any:
     unknown = next((value for value in values if isinstance(value, UnknownValue)), None)
     if unknown is not None:
         return unknown
+    if of.name == "INV_POS":
+        return measured(inverse(matrix(values[0], scope)))
     if function is None:
-        return frame_dict(inverse(matrix(values[0], scope)))
-    return number(function(*(number(value, scope) for value in values)), scope)
+        y, x = (number(value, scope) for value in values)
+        return direction(y, x)
+    given = number(values[0], scope, angle=of.name in _OF_ANGLES)
+    return number(function_value(function, given, rounds_rightly=of.name in ("ABS", "SQRT")), scope)

@@ -68,15 +68,31 @@ class ConfigurationTracker:
             q: the others, (n,), rad.
             turn: KUKA's T: bit i is set where axis i + 1 is below 0; -1 where it is not given.
         """
-        found = self.solver.candidates(T_base_tcp[None]).q.reshape(-1, len(q))
-        found = found[np.isfinite(found[:, 0])]
-        if turn >= 0:
-            below = (turn >> np.arange(len(q))) & 1 == 1
-            found = found[((found < 0) == below).all(axis=1)]
+        found = self._configurations(T_base_tcp, turn)
         if not len(found):
             return None
         best: Floats = found[int(np.argmin(np.abs(found - q).max(axis=1)))]
         return best
+
+    def keeps(self, T_base_tcp: Floats, q_start: Floats, q: Floats) -> bool:
+        """Whether axes (n,) at a pose (4, 4), m, are in the configuration of a start (n,), but for whole turns."""
+        kept = self.along(T_base_tcp[None], q_start)[0]
+        return bool(np.isfinite(kept).all() and (np.abs(wrap(kept - q)) < SAME_CONFIGURATION).all())
+
+    def is_sole(self, T_base_tcp: Floats, turn: int) -> bool:
+        """Whether a pose (4, 4), m, has at most one configuration with the signs of T, but for whole turns."""
+        found = self._configurations(T_base_tcp, turn)
+        return not len(found) or bool((np.abs(wrap(found - found[0])) < SAME_CONFIGURATION).all())
+
+    def _configurations(self, T_base_tcp: Floats, turn: int) -> Floats:
+        """Those of a pose (4, 4), m, with the signs of T (m, n), rad."""
+        found = self.solver.candidates(T_base_tcp[None]).q
+        found = found.reshape(-1, found.shape[-1])
+        found = found[np.isfinite(found[:, 0])]
+        if turn >= 0:
+            below = (turn >> np.arange(found.shape[1])) & 1 == 1
+            found = found[((found < 0) == below).all(axis=1)]
+        return found
 
 
 def _branch(raw: Floats, q: Floats) -> int:

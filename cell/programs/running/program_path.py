@@ -129,7 +129,19 @@ class _Walk:
             return joints
         self._needs_frames(i)
         T = self._in_arm_base(np.array([i]), self.external[[i]], frames_of_poses(self.moves.pose[[i]]))
-        return self.tracker.nearest(T[0], q, int(self.moves.turn[i]))
+        status, turn = int(self.moves.status[i]), int(self.moves.turn[i])
+        if status >= 0 and not self.tracker.is_sole(T[0], turn):
+            given = f"S {status}, T {turn}" if turn >= 0 else f"S {status} without T"
+            raise InputError(
+                f"{move_label(self.program, i)}: {given}: the pose has several such configurations; give axes"
+            )
+        found = self.tracker.nearest(T[0], q, turn)
+        if found is not None and status < 0 and not self.tracker.keeps(T[0], q, found):
+            raise InputError(
+                f"{move_label(self.program, i)}: without S the arm may keep its configuration or take a nearer one; "
+                "give S and T, or axes"
+            )
+        return found
 
     def _needs_frames(self, i: int) -> None:
         for name, index in (("tool", self.moves.tool[i]), ("base", self.moves.base[i])):
@@ -212,10 +224,11 @@ class _CartesianMoves:
         """The circles; one that ends at an angle of its own (CA) ends there, and the next move begins there."""
         moves, start = self.walk.moves, self.T_start
         via = np.where(self.circle[:, None], moves.via[self.move, :3], start[:, :3, 3])
-        arcs = Circles.through(start[:, :3, 3], via, self.T_end[:, :3, 3])
-        for k in np.flatnonzero(self.circle & np.isfinite(moves.arc_angle[self.move])).tolist():
-            arcs = Circles.through(start[:, :3, 3], via, self.T_end[:, :3, 3]).turned(k, moves.arc_angle[self.move[k]])
-            self.T_end[k, :3, 3] = arcs.end[k]
+        programmed, angle = self.T_end[:, :3, 3].copy(), moves.arc_angle[self.move]
+        turned = np.flatnonzero(self.circle & np.isfinite(angle)).tolist()
+        for k in turned:  # one after the other: each begins where the one before ends
+            own = Circles.through(start[[k], :3, 3], via[[k]], programmed[[k]]).turned(0, angle[k])
+            self.T_end[k, :3, 3] = own.end[0]
             if k + 1 < len(start):
                 if (moves.base[self.move[k]], moves.tool[self.move[k]]) != (
                     moves.base[self.move[k + 1]],
@@ -225,8 +238,11 @@ class _CartesianMoves:
                         f"{move_label(self.walk.program, int(self.move[k + 1]))}: another tool or base right after a "
                         "circle that ends at an angle (CA) is not supported; add a point in between"
                     )
-                start[k + 1, :3, 3] = arcs.end[k]
-                via[k + 1] = via[k + 1] if self.circle[k + 1] else arcs.end[k]
+                start[k + 1, :3, 3] = own.end[0]
+                via[k + 1] = via[k + 1] if self.circle[k + 1] else own.end[0]
+        arcs = Circles.through(start[:, :3, 3], via, programmed)
+        for k in turned:
+            arcs = arcs.turned(k, angle[k])
         return arcs
 
     def poses(self, at: Ints, share: Floats) -> Floats:

@@ -110,6 +110,10 @@ class _Clock:
     def all(self) -> None:
         """Every move and event, in order."""
         self._put(self.path.axes[:1], np.zeros(1), np.zeros(1, dtype=np.int64))
+        if any(event.kind == EventKind.ARC_ON for event in self.events.get(0, ())):
+            self.on, self.stretch = True, 0
+            self.arc[-1] = np.zeros(1, dtype=np.int64)
+            self.arc_faults[0] = Failure(Kind.PTP_WITH_ARC, place=IN_ROWS)
         i, end = 1, min([len(self.moves), *(k + 1 for k in self.path.failures)])
         while i < end:
             self._happen(i)

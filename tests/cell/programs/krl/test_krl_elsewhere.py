@@ -25,9 +25,9 @@ def doubts(program: Program) -> list[tuple[str, int]]:
 
 
 def test_what_no_part_declares_is_one_for_all(tmp_path: Path) -> None:
-    sub = "END\nDEF CHANGE ( )\nV=0.08\n"
-    program = run(tmp_path, FRAMES + "V=0.008\nCHANGE ( )\n$VEL.CP=V\n" + LIN + sub)
-    assert program.moves.speed.tolist() == [0.08]
+    sub = "END\nDEF CHANGE ( )\nV=2\n"
+    program = run(tmp_path, FRAMES + "V=1\nCHANGE ( )\n$VEL.CP=V\n" + LIN + sub)
+    assert program.moves.speed.tolist() == [2.0]
 
 
 def test_what_a_part_declares_is_its_own(tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def test_a_trigger_that_calls_a_hook_is_the_arc(trigger: str, before: int, tmp_p
     ("statement", "words"),
     [
         ("TRIGGER WHEN DISTANCE=0 DELAY=500 DO ARC_ON ( )", "a TRIGGER with DELAY = 500 ms: arc_on is taken"),
-        ("TRIGGER WHEN PATH=FAR(1) DELAY=0 DO ARC_ON ( )", "a TRIGGER with a computed PATH or DELAY"),
+        ("TRIGGER WHEN PATH=ArcGetPath(1) DELAY=0 DO ARC_ON ( )", "a TRIGGER with a computed PATH or DELAY"),
         ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO ELSEWHERE ( )", "a TRIGGER calls ELSEWHERE, which is not run"),
         ("INTERRUPT DECL 5 WHEN $IN[1]==TRUE DO EVADE ( )", "an interrupt is declared"),
         ("GLOBAL INTERRUPT DECL 5 WHEN $IN[1]==TRUE DO EVADE ( )", "an interrupt is declared"),

@@ -10,8 +10,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from support.programs.boss_program import boss_program
+from support.programs.boss_program import LAYER, boss_program
 
+from cell.errors import InputError
+from cell.failure import Kind
 from cell.programs.cell_controller import cell_controller
 from cell.programs.cell_frames import tables_seen_from_base
 from cell.programs.export import export_program
@@ -277,3 +279,67 @@ def test_a_program_of_one_move_and_one_that_is_lost_at_once_are_judged_all_the_s
         assert "not_welded" in {f.reason for f in found.findings}
         assert where is None or where in [f.move for f in found.findings if f.reason == "unreachable"]
         assert ("program_cut" in [getattr(line, "code", "") for line in found.warnings]) == (where is not None)
+
+
+def test_each_circle_that_ends_at_an_angle_ends_there(tmp_path: Path) -> None:
+    boss = boss_program()
+    begin = "$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\n$VEL.CP=0.2\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 45,A6 0,E1 0,E2 0}\n"
+    path, its = tmp_path / "CA.src", cell_controller(boss.job)
+    path.write_text(f"DEF CA ( )\n{begin}LIN_REL {{Z 0}}\nEND\n")
+    x, y, z, *angles = read_krl(path, its).moves.pose[1] * [1e3, 1e3, 1e3, *[180 / np.pi] * 3]
+
+    def on(angle: float, left: float = 0.0) -> str:
+        """A point of a circle of 50 mm beside the start, which is at 0 degrees."""
+        at = np.array([x + 50 * np.sin(np.deg2rad(angle)) + left, y + 50 - 50 * np.cos(np.deg2rad(angle)), z])
+        return "{" + ",".join(f"{name} {value:.5f}" for name, value in zip("XYZABC", [*at, *angles], strict=True)) + "}"
+
+    arc = f"CIRC {on(90)},{on(180)},CA "
+    for asked in ((45.0, 45.0), (-90.0, 30.0), (100.0, -20.0)):
+        path.write_text(f"DEF CA ( )\n{begin}{arc}{asked[0]}\nLIN {on(0)}\n{arc}{asked[1]}\nLIN {on(0)}\nEND\n")
+        program = read_krl(path, its)
+        found = interpolate_program(program, boss.job)
+        for move, angle in zip((1, 3), asked, strict=True):
+            places = np.concatenate([found.begins[move][None], found.Ts_frame_tcp[found.move == move]])[:, :3, 3] * 1e3
+            length = np.linalg.norm(np.diff(places, axis=0), axis=1).sum()
+            assert length == pytest.approx(np.deg2rad(abs(angle)) * 50, rel=1e-2)
+            end = [x + 50 * np.sin(np.deg2rad(angle)), y + 50 - 50 * np.cos(np.deg2rad(angle)), z]
+            np.testing.assert_allclose(places[-1], end, atol=1e-2)
+    # a circle right behind it begins where it ends
+    path.write_text(f"DEF CA ( )\n{begin}{arc}45\nCIRC {on(90)},{on(180)}\nEND\n")
+    found = interpolate_program(read_krl(path, its), boss.job)
+    places = np.concatenate([found.begins[2][None], found.Ts_frame_tcp[found.move == 2]])[:, :3, 3] * 1e3
+    radius = np.linalg.norm(places - [x, y + 50, z], axis=1)
+    np.testing.assert_allclose(radius, 50, atol=1e-2)
+
+
+def test_an_arc_that_is_on_before_the_first_move_is_a_fault(tmp_path: Path) -> None:
+    def burn(files: dict[str, str]) -> None:
+        arc = next(line for line in files[LAYER].splitlines() if line.startswith("ARC_ON"))
+        files["boss.src"] = re.sub(r"(?m)^PTP", f"{arc}\\nPTP", files["boss.src"], count=1)
+
+    found = boss_program().read(tmp_path, burn)
+    assert not found.feasible
+    assert Kind.PTP_WITH_ARC in {finding.failure.kind for finding in found.findings}
+
+
+def test_a_pose_without_status_is_gone_to_where_the_configuration_stays(tmp_path: Path) -> None:
+    boss = boss_program()
+    begin = "$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 45,A6 0,E1 0,E2 0}\n"
+    path, its = tmp_path / "T.src", cell_controller(boss.job)
+
+    def end(body: str) -> np.ndarray:
+        path.write_text(f"DEF T ( )\n{begin}{body}END\n")
+        return np.degrees(interpolate_program(read_krl(path, its), boss.job).axes[-1, :6])
+
+    path.write_text(f"DEF T ( )\n{begin}PTP {{A1 40,A2 -80,A3 70,A4 30,A5 60,A6 -20}}\nLIN_REL {{Z 0}}\nEND\n")
+    x, y, z, a, b, c = read_krl(path, its).moves.pose[2] * [1e3, 1e3, 1e3, *[180 / np.pi] * 3]
+    point = f"X {x:.6f},Y {y:.6f},Z {z:.6f},A {a:.6f},B {b:.6f},C {c:.6f}"
+    np.testing.assert_allclose(end(f"PTP {{{point}}}\n"), [40, -80, 70, 30, 60, -20], atol=1e-3)
+    # the wrist turned over is as good for S alone, and nearer where the arm comes from it
+    with pytest.raises(InputError, match="S 2 without T: the pose has several such configurations"):
+        end(f"PTP {{{point},S 2}}\n")
+    with pytest.raises(InputError, match="without S the arm may keep its configuration or take a nearer one"):
+        end(
+            "PTP {A1 40,A2 -80,A3 70,A4 -140,A5 -5,A6 150}\nPTP {A1 40,A2 -80,A3 70,A4 -140,A5 5,A6 150}\n"
+            f"PTP {{{point}}}\n"
+        )
