@@ -83,7 +83,8 @@ class LaidCovers:
             shape_of: the shapes of deposits, always in the same frame.
         """
         if cover not in self._made:
-            self._made[cover] = self._cover(*divmod(cover - self._first, self._stages), shape_of)
+            k, deposits_laid = divmod(cover - self._first, self._stages)
+            self._made[cover] = self._cover(k, deposits_laid, shape_of)
         return self._made[cover]
 
     def _cover(self, k: int, deposits_laid: int, shape_of: Callable[[int], ConvexShape]) -> ConvexShape:
