@@ -19,6 +19,7 @@ from ik.chain import Floats
 from ...arrays import Ints
 
 GEOM = mujoco.mjtGeom
+PRODUCTS = 100_000  # of points and directions that are worked out at once: they stay in the cache
 ALONG = 1e-12  # of a plane's normal across: what is more reaches infinitely far
 
 
@@ -62,11 +63,22 @@ class ConvexShape:
         if self.endless:
             across = 1.0 - self.axis @ direction
             return np.where(across <= ALONG, self.points[0] @ direction, np.inf)
-        out = self.points[0] @ direction if len(self.points) == 1 else (self.points @ direction).max(axis=0)
+        out = self.points[0] @ direction if len(self.points) == 1 else self._furthest(direction)
         out = out + self.ball
         if self.disc:
             out += self.disc * np.sqrt(np.clip(1.0 - (self.axis @ direction) ** 2, 0.0, 1.0))
         return np.asarray(out)
+
+    def _furthest(self, direction: Floats) -> Floats:
+        """How far its points reach, (3, ...) -> (...), m."""
+        if len(self.points) * direction.size < 3 * PRODUCTS:
+            out: Floats = (self.points @ direction).max(axis=0)
+            return out
+        rows, some = direction.reshape(3, -1), max(PRODUCTS // len(self.points), 64)
+        out = np.empty(rows.shape[1])
+        for first in range(0, len(out), some):
+            (self.points @ rows[:, first : first + some]).max(axis=0, out=out[first : first + some])
+        return out.reshape(direction.shape[1:])
 
 
 def convex_shape(model: mujoco.MjModel, geom: int, R: Floats, p: Floats) -> ConvexShape:

@@ -111,11 +111,13 @@ class _PointGroups:
             if not len(of):
                 continue
             reach = directions[of] @ self.points[:, first : first + GROUP]
-            left.append(first + np.flatnonzero((reach > known[of, None]).any(axis=0)))
             at = reach.argmax(axis=1)
             reached = reach[np.arange(len(of)), at]
-            more = reached > far[of]
-            far[of[more]], which[of[more]] = reached[more], first + at[more]
+            more = reached > known[of]
+            if more.any():
+                left.append(first + np.flatnonzero((reach[more] > known[of[more], None]).any(axis=0)))
+                more &= reached > far[of]
+                far[of[more]], which[of[more]] = reached[more], first + at[more]
         return far, which, np.concatenate(left)
 
 

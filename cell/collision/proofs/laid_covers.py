@@ -60,6 +60,7 @@ class LaidCovers:
         self._begins = [int(at.min()) for _, at in of_each]
         self._counted = [_Counted([], begins, 0) for begins in self._begins]
         self._blocks: dict[tuple[int, int, int], ConvexShape] = {}
+        self._held: dict[tuple[int, int], ConvexShape] = {}
         self._made: dict[int, ConvexShape] = {}
 
     @property
@@ -90,14 +91,20 @@ class LaidCovers:
     def _cover(self, k: int, deposits_laid: int, shape_of: Callable[[int], ConvexShape]) -> ConvexShape:
         """Of a sub-volume's blocks that are laid by then, and of the points after the last of them."""
         ends = self._ends(k, deposits_laid, shape_of)
-        held, at = [], 0
-        for size in _sizes(len(ends)):
-            held.append(self._block(k, at, size, shape_of))
-            at += size
-        if sum(len(block.points) for block in held) > MOST_HELD:
-            held = [_reduced(held, ENOUGH_OF_BLOCKS)]
+        blocks = [self._first_blocks(k, len(ends), shape_of)] if ends else []
         later = self._layers(k, ends[-1] if ends else self._begins[k], deposits_laid, shape_of)
-        return _together(held + later)
+        return _together(blocks + later)
+
+    def _first_blocks(self, k: int, count: int, shape_of: Callable[[int], ConvexShape]) -> ConvexShape:
+        """So many blocks of layers of a sub-volume, from its beginning on."""
+        if (k, count) not in self._held:
+            held, at = [], 0
+            for size in _sizes(count):
+                held.append(self._block(k, at, size, shape_of))
+                at += size
+            many = sum(len(block.points) for block in held) > MOST_HELD
+            self._held[k, count] = _reduced(held, ENOUGH_OF_BLOCKS) if many else _together(held)
+        return self._held[k, count]
 
     def _block(self, k: int, at: int, size: int, shape_of: Callable[[int], ConvexShape]) -> ConvexShape:
         """So many blocks of layers of a sub-volume as one, from the one with a number on."""

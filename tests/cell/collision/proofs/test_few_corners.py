@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.cells.random_cells import points as random_points
 
+from cell.collision.proofs.convex_shapes import PRODUCTS, ConvexShape
 from cell.collision.proofs.few_corners import GROUP, LOOSE, MOST_GROWN, ROUNDING, _PointGroups, shape_of_few_corners
 
 ENOUGH = 1e-3
@@ -133,3 +134,13 @@ def test_how_far_points_reach_is_as_if_each_were_multiplied_with_each_direction(
         assert np.array_equal(reach, product.max(axis=1) > known)
         assert product[reach, which[reach]] == pytest.approx(far[reach])
         assert np.array_equal(left, np.flatnonzero((product > known[:, None]).any(axis=0)))
+
+
+@pytest.mark.parametrize(("corners", "count"), [(1, 7), (24, PRODUCTS // 24 + 1), (3000, 1000), (2 * PRODUCTS, 70)])
+def test_how_far_a_shape_reaches_is_the_same_whether_directions_come_alone_or_many_at_once(corners, count):
+    rng = np.random.default_rng(corners)
+    shape = ConvexShape(rng.normal(size=(corners, 3)), 0.1, np.array([0.0, 0.0, 1.0]), 0.0)
+    n = directions(rng, count).T
+    said = shape.support(n)
+    assert said == pytest.approx([shape.support(one) for one in n.T], rel=1e-14)
+    assert np.array_equal(shape.support(n.reshape(3, -1, 1)), said[:, None])
