@@ -1,7 +1,7 @@
 """How far convex shapes reach in given directions.
 
     shape = convex_shape(model, geom, R, p)      # in a frame in which the shape stands at R, p
-    shape.support(directions)                    # (3, ...) -> (...), m: of all its points x the greatest direction . x
+    shape.support(directions)                    # (3, k) -> (k,), m: of all its points x the greatest direction . x
 
 A plane that two shapes lie on either side of keeps them apart by the gap between their supports. Metres.
 """
@@ -55,10 +55,10 @@ class ConvexShape:
         """How far it reaches.
 
         Args:
-            direction: (3, ...), of unit length.
+            direction: (3,) or (3, k), of unit length.
 
         Returns:
-            (...), m; infinite where it has no end.
+            () or (k,), m; infinite where it has no end.
         """
         if self.endless:
             across = 1.0 - self.axis @ direction
@@ -70,15 +70,13 @@ class ConvexShape:
         return np.asarray(out)
 
     def _furthest(self, direction: Floats) -> Floats:
-        """How far its points reach, (3, ...) -> (...), m."""
-        if len(self.points) * direction.size < 3 * PRODUCTS:
-            out: Floats = (self.points @ direction).max(axis=0)
-            return out
-        rows, some = direction.reshape(3, -1), max(PRODUCTS // len(self.points), 64)
-        out = np.empty(rows.shape[1])
+        """How far its points reach, (3,) or (3, k) -> () or (k,), m."""
+        if direction.ndim == 1 or len(self.points) * direction.shape[1] < PRODUCTS:
+            return np.asarray((self.points @ direction).max(axis=0))
+        some, out = max(PRODUCTS // len(self.points), 64), np.empty(direction.shape[1])
         for first in range(0, len(out), some):
-            (self.points @ rows[:, first : first + some]).max(axis=0, out=out[first : first + some])
-        return out.reshape(direction.shape[1:])
+            (self.points @ direction[:, first : first + some]).max(axis=0, out=out[first : first + some])
+        return out
 
 
 def convex_shape(model: mujoco.MjModel, geom: int, R: Floats, p: Floats) -> ConvexShape:

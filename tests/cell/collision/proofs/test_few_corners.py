@@ -141,6 +141,4 @@ def test_how_far_a_shape_reaches_is_the_same_whether_directions_come_alone_or_ma
     rng = np.random.default_rng(corners)
     shape = ConvexShape(rng.normal(size=(corners, 3)), 0.1, np.array([0.0, 0.0, 1.0]), 0.0)
     n = directions(rng, count).T
-    said = shape.support(n)
-    assert said == pytest.approx([shape.support(one) for one in n.T], rel=1e-14)
-    assert np.array_equal(shape.support(n.reshape(3, -1, 1)), said[:, None])
+    assert shape.support(n) == pytest.approx(np.array([shape.support(one) for one in n.T]), rel=1e-14)

@@ -91,7 +91,7 @@ def test_every_cover_holds_all_points_of_what_is_laid_by_then(part, layers, coun
             true = np.maximum(true, (points @ n.T).max(axis=0))
         shape = covers.shape(laid, shape_of)
         said = shape.support(n.T)
-        assert (said >= true).all()
+        assert (said >= true - 1e-15).all()  # points that are held as they are reach as far, but for the last bit
         larger.append(
             (said - true).max()
             / (true + np.max([(-points @ n.T).max(axis=0) for points in pieces or [0 * n]], axis=0)).max()
