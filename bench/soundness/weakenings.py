@@ -17,6 +17,7 @@ ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_tim
 STRAIGHT, METAL = "cell/planning/travels/test_straight_travels.py", "cell/job/test_wire_in_metal.py"
 HOME = "cell/planning/travels/test_home.py"
 COVERS = "cell/collision/proofs/test_laid_covers.py"
+CORNERS = "cell/collision/proofs/test_few_corners.py"
 GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
 # of a row that comes to lie too near: the steps beside it are reported all the same
 AT_ITS_END = (
@@ -86,13 +87,23 @@ MUTANTS = (
     Mutant("cell/collision/proofs/plane_proofs.py", "measured = away + OFF", "measured = 0.5 * away + OFF", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "away + OFF_PARABOLA * change_of_curvature(self._radius, turn)", "away", (PLANES,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "np.minimum.at(carried, within[held[1]], held[2] - LESS)", "pass", (PLANES,)),
-    Mutant("cell/collision/proofs/laid_covers.py", "middle + grown * corners", "middle + corners", (COVERS,)),
-    Mutant("cell/collision/proofs/laid_covers.py", "        middle = points[mine].mean(axis=0)", "        middle = (points.min(axis=0) + points.max(axis=0)) / 2", (COVERS,)),
-    Mutant("cell/collision/proofs/laid_covers.py", "        beyond[mine] = np.inf\n", "", (COVERS,)),
-    Mutant("cell/collision/proofs/laid_covers.py", "np.concatenate([self.points, later])", "later", (COVERS,)),
-    Mutant("cell/collision/proofs/laid_covers.py", "later = np.concatenate([self.later, points])", "later = points", (COVERS,)),
-    Mutant("cell/collision/proofs/laid_covers.py", "np.concatenate([self.hull.points, self.later])", "self.hull.points", (COVERS,)),
-    Mutant("cell/collision/proofs/laid_covers.py", "_laid[k][number - 1]", "_laid[k][max(number - 2, 0)]", (COVERS,)),
+    Mutant("cell/collision/proofs/few_corners.py", "    corners *= grown\n", "", (CORNERS,)),
+    Mutant("cell/collision/proofs/few_corners.py", "taken.mean(axis=1), np.inf", "(taken.min(axis=1) + taken.max(axis=1)) / 2, np.inf", (CORNERS,)),
+    Mutant("cell/collision/proofs/few_corners.py", "beyond.points[:, left]", "beyond.points[:, left[1:]]", (CORNERS,)),
+    Mutant("cell/collision/proofs/few_corners.py", "width[-1] > FLAT * width[0]", "True", (CORNERS,)),
+    Mutant("cell/collision/proofs/few_corners.py", "if grown > 1.0 + MOST_GROWN:", "if False:", (CORNERS,)),
+    Mutant("cell/collision/proofs/few_corners.py", " + np.abs(directions) @ self._half", "", (CORNERS,)),
+    Mutant("cell/collision/proofs/few_corners.py", "self.points[:, first : first + GROUP]", "self.points[:, first : first + GROUP - 1]", (CORNERS,)),
+    Mutant("cell/collision/proofs/few_corners.py", "(reach[more] > known[of[more], None]).any(axis=0)", "(reach[more] > known[of[more], None]).all(axis=0)", (CORNERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "_together(blocks + later)", "_together(blocks or later)", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "self._laid[k][first:stop]", "self._laid[k][first : max(stop - 1, first + 1)]", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "ends[at - 1] if at else self._begins[k], ends[at], shape_of", "ends[at] - 1, ends[at], shape_of", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "for n in range(TOGETHER)]", "for n in range(1, TOGETHER)]", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "                at += size\n", "", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "known.ends[: bisect_right(known.ends, deposits_laid)]", "known.ends", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "_reduced(held, ENOUGH_OF_BLOCKS) if many", "_reduced(held[:-1], ENOUGH_OF_BLOCKS) if many", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "few.ball + every.ball", "few.ball", (COVERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", "max(shape.ball for shape in shapes)", "min(shape.ball for shape in shapes)", (COVERS,)),
     Mutant("cell/collision/proofs/covered_pairs.py", "gap -= links.reach(cover, tried)", "gap += links.reach(cover, -tried)", (COVERS,)),
     Mutant("cell/collision/proofs/covered_pairs.py", "far - size[:, None] - shape.size < need", "far - size[:, None] < need", (COVERS,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "others.joined(covered_pairs(self._links, poses, clusters, seen, far))", "others", (COVERS,)),
@@ -100,6 +111,7 @@ MUTANTS = (
     Mutant("cell/collision/proofs/carried_planes.py", "out[mine] = moved + turned + ", "out[mine] = moved + ", (PLANES,)),
     Mutant("cell/collision/proofs/step_clusters.py", "begins = np.append(0, np.flatnonzero(np.diff(laid[order])) + 1)[: len(order)]", "begins = np.zeros(1, dtype=np.int64)", (PLANES,)),
     Mutant("cell/collision/proofs/step_clusters.py", "(np.diff(cluster) == 0) & (np.diff(sorted_step) == 1)", "np.diff(sorted_step) == 1", (PLANES,)),
+    Mutant("cell/collision/proofs/convex_shapes.py", "range(0, len(out), some)", "range(0, len(out) - some, some)", (CORNERS,)),
     Mutant("cell/collision/proofs/convex_shapes.py", "        out = out + self.ball\n", "", (PLANES,)),
     Mutant("cell/collision/proofs/convex_shapes.py", "out += self.disc * np.sqrt", "out += 0.5 * self.disc * np.sqrt", (PLANES,)),
     Mutant("cell/collision/proofs/motion_clearance.py", "closed = left[~np.isin(part, part[bad])]", "closed = left[~np.isin(left, left[bad])]", (PLANES,)),

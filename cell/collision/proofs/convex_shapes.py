@@ -1,7 +1,7 @@
 """How far convex shapes reach in given directions.
 
     shape = convex_shape(model, geom, R, p)      # in a frame in which the shape stands at R, p
-    shape.support(directions)                    # (3, ...) -> (...), m: of all its points x the greatest direction . x
+    shape.support(directions)                    # (3, k) -> (k,), m: of all its points x the greatest direction . x
 
 A plane that two shapes lie on either side of keeps them apart by the gap between their supports. Metres.
 """
@@ -19,6 +19,7 @@ from ik.chain import Floats
 from ...arrays import Ints
 
 GEOM = mujoco.mjtGeom
+PRODUCTS = 100_000  # of points and directions that are worked out at once: they stay in the cache
 ALONG = 1e-12  # of a plane's normal across: what is more reaches infinitely far
 
 
@@ -54,19 +55,28 @@ class ConvexShape:
         """How far it reaches.
 
         Args:
-            direction: (3, ...), of unit length.
+            direction: (3,) or (3, k), of unit length.
 
         Returns:
-            (...), m; infinite where it has no end.
+            () or (k,), m; infinite where it has no end.
         """
         if self.endless:
             across = 1.0 - self.axis @ direction
             return np.where(across <= ALONG, self.points[0] @ direction, np.inf)
-        out = self.points[0] @ direction if len(self.points) == 1 else (self.points @ direction).max(axis=0)
+        out = self.points[0] @ direction if len(self.points) == 1 else self._furthest(direction)
         out = out + self.ball
         if self.disc:
             out += self.disc * np.sqrt(np.clip(1.0 - (self.axis @ direction) ** 2, 0.0, 1.0))
         return np.asarray(out)
+
+    def _furthest(self, direction: Floats) -> Floats:
+        """How far its points reach, (3,) or (3, k) -> () or (k,), m."""
+        if direction.ndim == 1 or len(self.points) * direction.shape[1] < PRODUCTS:
+            return np.asarray((self.points @ direction).max(axis=0))
+        some, out = max(PRODUCTS // len(self.points), 64), np.empty(direction.shape[1])
+        for first in range(0, len(out), some):
+            (self.points @ direction[:, first : first + some]).max(axis=0, out=out[first : first + some])
+        return out
 
 
 def convex_shape(model: mujoco.MjModel, geom: int, R: Floats, p: Floats) -> ConvexShape:

@@ -6,36 +6,36 @@
 
 A part that grows is below the torch nearly everywhere: a plane that keeps the torch apart from the hull of all its
 pieces keeps it apart from each. Where the torch dips into a hollow of the part no such plane is found, and the pieces
-are taken one by one. To find the few corners that hold all others takes as long as thousands of directions, and a layer
-is asked about in some hundred: so a layer's points are held as they are until there are many. Metres.
+are taken one by one.
+
+To find the few corners that hold all others takes as long as thousands of directions, and a layer is asked about in
+some hundred: so a layer's points are held as they are until there are many. These are a *block* of layers, and are
+reduced to few corners once. Four blocks make a block of the next kind, and so on, each reduced from the corners of the
+four. What is laid by a layer is a few blocks, at most three of each kind, and the points after the last of them. All
+of that is told by the part alone: a process that is asked about late layers only makes the same covers as one that is
+asked about all, and for the early ones only the blocks. Metres.
 """
 
 from __future__ import annotations
 
 import weakref
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import mujoco
 import numpy as np
 
-from ik.chain import Floats
-from slicing import convex_hull
-
 from ...arrays import Ints
 from ...scene.scene import Scene
 from .convex_shapes import ConvexShape
+from .few_corners import Z, shape_of_few_corners
 
-DIRECTIONS = 300  # in which points are looked for that reach furthest
-ROUNDS = 4  # times that points beyond the hull of these are taken as well
-ENOUGH, MOST_GROWN = 1e-3, 0.01  # share by which a cover may be larger; and more than which it is of no use
-SAME, ROUNDING = 1e-9, 1e-6  # share by which points may be beyond a hull that holds them; and a cover thicker for that
-LEAST_DEEP = 1e-9  # m from a hull's middle to its faces
-TOGETHER = 500  # points that are weighed at once: their products with all faces stay in the cache
-MOST_LATER = 1500  # points that are held beside a cover as they are, before one of all is made: that costs far more
-Z = np.array([0.0, 0.0, 1.0])
-NO_POINTS = np.zeros((0, 3))
+ENOUGH = 1e-3  # share by which the hull of a block of layers may be larger
+ENOUGH_OF_BLOCKS = 2.5e-4  # and that of a block of blocks, which is larger by what these are as well
+TOGETHER = 4  # blocks that make one of the next kind
+MOST_LATER = 1500  # points after the last block that are held as they are: to make a block of them costs far more
+MOST_HELD = 3000  # corners of blocks that are held as they are, before they are reduced together
 
 
 class LaidCovers:
@@ -52,9 +52,16 @@ class LaidCovers:
         names = np.array([scene.model.geom(g).name.split("/")[2] for g in geoms.tolist()])
         number = scene.deposit_of_geom[geoms]
         of_each = [(geoms[names == name], number[names == name]) for name in dict.fromkeys(names.tolist())]
+        self._begin(of_each)
+
+    def _begin(self, of_each: list[tuple[Ints, Ints]]) -> None:
+        """Of each sub-volume the shapes of its deposits and the numbers of these, (m,) each."""
         self._laid = [[mine[at == n] for n in range(self._stages)] for mine, at in of_each]
         self._begins = [int(at.min()) for _, at in of_each]
-        self._made: dict[int, Cover] = {}
+        self._counted = [_Counted([], begins, 0) for begins in self._begins]
+        self._blocks: dict[tuple[int, int, int], ConvexShape] = {}
+        self._held: dict[tuple[int, int], ConvexShape] = {}
+        self._made: dict[int, ConvexShape] = {}
 
     @property
     def stop(self) -> int:
@@ -76,19 +83,59 @@ class LaidCovers:
             cover: its id.
             shape_of: the shapes of deposits, always in the same frame.
         """
-        return self._cover(cover, shape_of).shape
-
-    def _cover(self, cover: int, shape_of: Callable[[int], ConvexShape]) -> Cover:
-        k, deposits_laid = divmod(cover - self._first, self._stages)
-        known = deposits_laid
-        while known - 1 > self._begins[k] and cover - deposits_laid + known not in self._made:
-            known -= 1
-        for number in range(known, deposits_laid + 1):  # one layer after the other: each adds to the cover before it
-            at = cover - deposits_laid + number
-            if at not in self._made:
-                before = self._made.get(at - 1) if number - 1 > self._begins[k] else None
-                self._made[at] = _next([shape_of(g) for g in self._laid[k][number - 1].tolist()], before)
+        if cover not in self._made:
+            k, deposits_laid = divmod(cover - self._first, self._stages)
+            self._made[cover] = self._cover(k, deposits_laid, shape_of)
         return self._made[cover]
+
+    def _cover(self, k: int, deposits_laid: int, shape_of: Callable[[int], ConvexShape]) -> ConvexShape:
+        """Of a sub-volume's blocks that are laid by then, and of the points after the last of them."""
+        ends = self._ends(k, deposits_laid, shape_of)
+        blocks = [self._first_blocks(k, len(ends), shape_of)] if ends else []
+        later = self._layers(k, ends[-1] if ends else self._begins[k], deposits_laid, shape_of)
+        return _together(blocks + later)
+
+    def _first_blocks(self, k: int, count: int, shape_of: Callable[[int], ConvexShape]) -> ConvexShape:
+        """So many blocks of layers of a sub-volume, from its beginning on."""
+        if (k, count) not in self._held:
+            held, at = [], 0
+            for size in _sizes(count):
+                held.append(self._block(k, at, size, shape_of))
+                at += size
+            many = sum(len(block.points) for block in held) > MOST_HELD
+            self._held[k, count] = _reduced(held, ENOUGH_OF_BLOCKS) if many else _together(held)
+        return self._held[k, count]
+
+    def _block(self, k: int, at: int, size: int, shape_of: Callable[[int], ConvexShape]) -> ConvexShape:
+        """So many blocks of layers of a sub-volume as one, from the one with a number on."""
+        if (k, at, size) not in self._blocks:
+            if size == 1:
+                ends = self._counted[k].ends
+                layers = self._layers(k, ends[at - 1] if at else self._begins[k], ends[at], shape_of)
+                self._blocks[k, at, size] = _reduced(layers, ENOUGH)
+            else:
+                part = size // TOGETHER
+                parts = [self._block(k, at + n * part, part, shape_of) for n in range(TOGETHER)]
+                self._blocks[k, at, size] = _reduced(parts, ENOUGH_OF_BLOCKS)
+        return self._blocks[k, at, size]
+
+    def _ends(self, k: int, deposits_laid: int, shape_of: Callable[[int], ConvexShape]) -> list[int]:
+        """Where blocks of layers of a sub-volume end that are laid by then: each as soon as it has enough points."""
+        known = self._counted[k]
+        while known.layers < deposits_laid:
+            known.points += sum(len(shape_of(g).points) for g in self._laid[k][known.layers].tolist())
+            known.layers += 1
+            if known.points > MOST_LATER:
+                known.ends.append(known.layers)
+                known.points = 0
+        return known.ends[: bisect_right(known.ends, deposits_laid)]
+
+    def _layers(self, k: int, first: int, stop: int, shape_of: Callable[[int], ConvexShape]) -> list[ConvexShape]:
+        """All pieces of some layers of a sub-volume."""
+        pieces = [shape_of(g) for layer in self._laid[k][first:stop] for g in layer.tolist()]
+        if any(piece.ball or piece.disc or piece.endless for piece in pieces):
+            raise ValueError("a deposit that is more than the hull of its points")
+        return pieces
 
 
 _made: weakref.WeakKeyDictionary[mujoco.MjModel, dict[tuple[tuple[float, float], bytes], LaidCovers]]
@@ -104,86 +151,40 @@ def covers_of(scene: Scene, table: tuple[float, float], geoms: Ints) -> LaidCove
     return known[key]
 
 
-@dataclass(frozen=True, eq=False)
-class Cover:
-    """A convex shape of few corners that holds many points, and those that came later as they are.
+@dataclass
+class _Counted:
+    """Layers whose points have been counted.
 
     Attributes:
-        hull: holds the many.
-        points: of the many those that are on their hull or near it, (k, 3), m: the hull of these holds all others.
-        later: points that came later, (l, 3), m.
+        ends: where blocks end: one past the last layer of each.
+        layers: layers up to here have been counted.
+        points: of the layers after the last block.
     """
 
-    hull: ConvexShape
-    points: Floats
-    later: Floats
-
-    @cached_property
-    def shape(self) -> ConvexShape:
-        """What holds all of them."""
-        if not len(self.later):
-            return self.hull
-        return ConvexShape(np.concatenate([self.hull.points, self.later]), self.hull.ball, Z, 0.0)
-
-    def with_points(self, points: Floats) -> Cover:
-        """The cover of other points too, (m, 3), m."""
-        later = np.concatenate([self.later, points])
-        if len(later) <= MOST_LATER:
-            return Cover(self.hull, self.points, later)
-        return Cover.of(np.concatenate([self.points, later]))
-
-    @classmethod
-    def of(cls, points: Floats) -> Cover:
-        """The hull of those of some points, (k, 3), that reach furthest, grown until none is beyond a face."""
-        mine, grown = _furthest(points - points.mean(axis=0)), np.inf
-        middle = points[mine].mean(axis=0)  # within the hull
-        off = points - middle
-        for _ in range(ROUNDS):
-            corners, normals = convex_hull(off[mine])
-            if len(normals) < 4:
-                break
-            normals /= np.maximum((corners @ normals.T).max(axis=0), LEAST_DEEP)[:, None]
-            along, furthest, beyond = _along(off, normals)
-            grown = max(float(along.max()), 1.0)
-            if grown - 1.0 <= ENOUGH:
-                break
-            mine = np.union1d(mine, furthest[along > 1.0 + ENOUGH])
-        if grown > 1.0 + MOST_GROWN:  # flat, or nearly so: all of them
-            return cls(ConvexShape(points, 0.0, Z, 0.0), points, NO_POINTS)
-        beyond[mine] = np.inf
-        thicker = ROUNDING * float(np.linalg.norm(off, axis=1).max())
-        return cls(ConvexShape(middle + grown * corners, thicker, Z, 0.0), points[beyond > 1.0 + SAME], NO_POINTS)
+    ends: list[int]
+    layers: int
+    points: int
 
 
-def _furthest(off: Floats) -> Ints:
-    """Points that reach furthest in directions spread evenly where the points are as wide every way, ascending."""
-    spread, turn = np.linalg.eigh(np.cov(off.T))
-    even = turn / np.sqrt(np.maximum(spread, 1e-12))
-    k = np.arange(DIRECTIONS)
-    z, about = 1 - (2 * k + 1) / DIRECTIONS, k * np.pi * (3 - np.sqrt(5))
-    flat = np.sqrt(1 - z**2)
-    return np.unique(_along(off @ even, np.stack([np.cos(about) * flat, np.sin(about) * flat, z], axis=1))[1])
+def _sizes(blocks: int) -> list[int]:
+    """Of how many blocks of layers those consist that these are held as: the largest first, which begin the part."""
+    sizes, size = [], 1
+    while blocks:
+        sizes += [size] * (blocks % TOGETHER)
+        blocks, size = blocks // TOGETHER, size * TOGETHER
+    return sizes[::-1]
 
 
-def _along(points: Floats, directions: Floats) -> tuple[Floats, Ints, Floats]:
-    """How far points reach in directions, (d,); which of them does, (d,); and how far each does at most, (k,)."""
-    far, which = np.full(len(directions), -np.inf), np.zeros(len(directions), dtype=np.int64)
-    most = np.empty(len(points))
-    for first in range(0, len(points), TOGETHER):
-        product = directions @ points[first : first + TOGETHER].T
-        at = product.argmax(axis=1)
-        most[first : first + TOGETHER] = product.max(axis=0)
-        there = product[np.arange(len(at)), at]
-        further = there > far
-        far[further], which[further] = there[further], first + at[further]
-    return far, which, most
+def _reduced(shapes: list[ConvexShape], enough: float) -> ConvexShape:
+    """A shape of few corners that holds shapes, larger by a share at most."""
+    every = _together(shapes)
+    few = shape_of_few_corners(every.points, enough)
+    return ConvexShape(few.points, few.ball + every.ball, Z, 0.0)
 
 
-def _next(pieces: list[ConvexShape], before: Cover | None) -> Cover:
-    """The cover of a deposit's pieces and of what was laid of the same sub-volume before."""
-    if any(piece.ball or piece.disc or piece.endless for piece in pieces):
-        raise ValueError("a deposit that is more than the hull of its points")
-    if before is not None and not pieces:
-        return before
-    points = np.concatenate([piece.points for piece in pieces])
-    return Cover.of(points) if before is None else before.with_points(points)
+def _together(shapes: list[ConvexShape]) -> ConvexShape:
+    """The hull of shapes that are hulls of points, thickened by balls."""
+    if len(shapes) == 1:
+        return shapes[0]
+    points = np.concatenate([shape.points for shape in shapes])
+    return ConvexShape(points, max(shape.ball for shape in shapes), Z, 0.0)

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from support.cells.random_cells import points as random_points
 from support.jobs.boss_motion import boss_case
 from support.jobs.searches import setup_of
 
 from cell.collision.checker import Checker
+from cell.collision.proofs import laid_covers
 from cell.collision.proofs.convex_shapes import ConvexShape
 from cell.collision.proofs.covered_pairs import covered_pairs
-from cell.collision.proofs.laid_covers import MOST_LATER, Cover, LaidCovers
+from cell.collision.proofs.laid_covers import MOST_HELD, MOST_LATER, TOGETHER, LaidCovers
 from cell.collision.proofs.plane_proofs import PlaneProofs
 from cell.collision.proofs.step_clusters import gather_steps
 from cell.planning.part_plan import plan_part
@@ -36,69 +36,119 @@ def directions(rng, count):
     return n / np.linalg.norm(n, axis=1)[:, None]
 
 
-def clouds(rng):
-    """Points of all forms, thin and thick, far from where they are measured."""
-    for _ in range(200):
-        some = [
-            random_points(rng, np.exp(rng.uniform(np.log(3e-4), np.log(0.3), 3))) for _ in range(rng.integers(1, 5))
-        ]
-        spread = rng.normal(size=(len(some), 3)) * rng.choice([0.0, 0.01, 0.1])
-        yield np.concatenate([one + at for one, at in zip(some, spread, strict=True)]) + rng.normal(size=3)
+def covers_of_layers(layers):
+    """The covers of a part of one sub-volume whose layers have pieces, points (n, 3) each; and shapes of the pieces."""
+    out = LaidCovers.__new__(LaidCovers)
+    out._first, out._stages = 0, len(layers) + 1
+    number = np.repeat(np.arange(len(layers)), [len(pieces) for pieces in layers])
+    pieces = [ConvexShape(points, 0.0, UP, 0.0) for layer in layers for points in layer]
+    out._begin([(np.arange(len(pieces)), number)])
+    return out, pieces.__getitem__
 
 
-def test_no_point_is_beyond_its_cover_in_any_direction():
-    rng = np.random.default_rng(3)
-    larger, fewer = [], []
-    for cloud in clouds(rng):
-        shape = Cover.of(cloud).shape
-        n = directions(rng, 3000)
-        true, said = (cloud @ n.T).max(axis=0), shape.support(n.T)
-        assert (said >= true - 1e-12).all()
-        wide = true + (-cloud @ n.T).max(axis=0)
-        larger.append(((said - true) / wide).max())
-        fewer.append(len(shape.points) / len(cloud))
-    assert np.median(larger) < 0.01
-    assert np.min(fewer) < 0.7
-
-
-def rings(rng, layers, count):
-    """The points of layers that grow, one after the other."""
-    angle = np.linspace(0, 2 * np.pi, count)
+def tubes(rng, layers, count):
+    """A wall that grows outwards round a body, in pieces."""
     for layer in range(layers):
-        ring = np.stack([np.cos(angle), np.sin(angle), 0.1 * rng.normal(size=count)], axis=1)
-        yield ring * (0.04 + 0.002 * layer)
+        angle, z = np.sort(rng.uniform(0, 2 * np.pi, count)), rng.uniform(-0.01, 0.01, count)
+        tube = np.stack([np.cos(angle), np.sin(angle), z], axis=1) * [*2 * [0.04 + 0.001 * layer], 1.0]
+        yield np.array_split(tube + np.array([1.0, 0.0, 0.8]), 7)
 
 
-def test_what_is_left_of_the_points_stands_for_all_of_them_however_often_it_is_added_to():
-    rng = np.random.default_rng(5)
-    every, points = np.zeros((0, 3)), np.zeros((0, 3))
-    for ring in rings(rng, 30, 200):
-        every = np.concatenate([every, ring])
-        last = Cover.of(np.concatenate([points, ring]))
-        points = last.points
-    n = directions(rng, 3000)
-    true = (every @ n.T).max(axis=0)
-    assert (last.shape.support(n.T) >= true).all()
-    assert (last.shape.support(n.T) - true).max() < 4e-3 * 0.1
-    assert len(points) < 0.5 * len(every)
+def slabs(rng, layers, count):
+    """A wall that grows upwards and turns, some of its layers with no pieces."""
+    for layer in range(layers):
+        turn, at = 0.02 * layer, rng.uniform(-1, 1, (count, 3)) * [0.05, 0.005, 0.0005]
+        across = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        at[:, :2] = at[:, :2] @ across.T
+        yield np.array_split(at + np.array([0.0, 0.0, 0.001 * layer]), 3) if layer % 5 != 3 else []
 
 
-@pytest.mark.parametrize(("layers", "count"), [(60, 200), (4, MOST_LATER - 1), (4, MOST_LATER + 1), (300, 60)])
-def test_points_that_come_later_are_held_as_those_before_are(layers, count):
-    """Before a cover of all is made and after, with as many points in a layer as may be held as they are, and more."""
+def domes(rng, layers, count):
+    """Round every way, so that many corners are on the hull."""
+    for layer in range(layers):
+        yield np.array_split((0.04 + 0.001 * layer) * directions(rng, count), 2)
+
+
+@pytest.mark.parametrize(
+    ("part", "layers", "count"),
+    [
+        (tubes, 40, MOST_LATER + 300),
+        (tubes, 9, MOST_LATER - 1),
+        (tubes, 70, 700),
+        (slabs, 90, 600),
+        (slabs, 300, 60),
+        (domes, 10, 1600),
+    ],
+)
+def test_every_cover_holds_all_points_of_what_is_laid_by_then(part, layers, count):
+    """With as many points in a layer as are held as they are, with more and with less; in blocks of blocks."""
     rng = np.random.default_rng(19)
-    n, cover, covers, held = directions(rng, 500), None, set(), []
-    true = np.full(len(n), -np.inf)
-    for ring in rings(rng, layers, count):
-        cover = Cover.of(ring) if cover is None else cover.with_points(ring)
-        true = np.maximum(true, (ring @ n.T).max(axis=0))
-        said = cover.shape.support(n.T)
-        assert (said >= true).all()
-        assert said == pytest.approx(true, rel=1e-2)
-        covers.add(id(cover.points))
-        held.append(cover)  # so that no other has its id
-        assert len(cover.later) <= MOST_LATER
-    assert 1 < len(covers) < max(layers, 5)
+    n, every = directions(rng, 500), list(part(rng, layers, count))
+    covers, shape_of = covers_of_layers(every)
+    true, larger = np.full(len(n), -np.inf), []
+    for laid, pieces in enumerate(every, 1):
+        for points in pieces:
+            true = np.maximum(true, (points @ n.T).max(axis=0))
+        shape = covers.shape(laid, shape_of)
+        said = shape.support(n.T)
+        assert (said >= true - 1e-15).all()  # points that are held as they are reach as far, but for the last bit
+        larger.append(
+            (said - true).max()
+            / (true + np.max([(-points @ n.T).max(axis=0) for points in pieces or [0 * n]], axis=0)).max()
+        )
+    assert max(larger) < 4e-3
+    kinds = {size for _, _, size in covers._blocks}
+    assert TOGETHER in kinds or layers < 10
+
+
+def bits(shape):
+    return shape.points.tobytes(), shape.ball
+
+
+@pytest.mark.parametrize(
+    ("part", "layers", "count"), [(tubes, 21, MOST_LATER + 100), (slabs, 60, 400), (domes, 6, 1600)]
+)
+def test_covers_are_the_same_to_the_bit_whatever_is_asked_for_first(part, layers, count):
+    every = list(part(np.random.default_rng(21), layers, count))
+    covers, shape_of = covers_of_layers(every)
+    in_order = [bits(covers.shape(laid, shape_of)) for laid in range(1, layers + 1)]
+    assert len(set(in_order)) > layers / 2
+    backwards, late = covers_of_layers(every)[0], range(layers, layers // 2, -1)
+    assert [bits(backwards.shape(laid, shape_of)) for laid in late] == [in_order[laid - 1] for laid in late]
+    assert [bits(backwards.shape(laid, shape_of)) for laid in range(1, layers + 1)] == in_order
+    for laid in (1, layers // 3, layers // 2, layers):
+        assert bits(covers_of_layers(every)[0].shape(laid, shape_of)) == in_order[laid - 1]
+
+
+def test_of_early_layers_only_blocks_are_made_where_late_ones_are_asked_about(monkeypatch):
+    made, reduced = [], laid_covers._reduced
+    monkeypatch.setattr(laid_covers, "_reduced", lambda *args: made.append(args) or reduced(*args))
+    layers = 4 * TOGETHER + 2
+    covers, shape_of = covers_of_layers(list(tubes(np.random.default_rng(23), layers, MOST_LATER + 1)))
+    covers.shape(layers, shape_of)
+    assert len(made) == layers + 4 + 1  # each layer, and blocks of 4 and of 16
+    assert covers.shape(layers, shape_of) is covers.shape(layers, shape_of)
+    covers.shape(layers - 1, shape_of)
+    assert len(made) == layers + 4 + 1
+
+
+def test_what_is_held_as_it_is_never_has_many_points():
+    every = list(domes(np.random.default_rng(25), 8, MOST_LATER + 1))
+    covers, shape_of = covers_of_layers(every)
+    held = [len(covers.shape(laid, shape_of).points) for laid in range(1, 9)]
+    assert max(held) <= MOST_HELD + MOST_LATER
+    assert sum(len(block.points) for block in covers._blocks.values()) > 2 * MOST_HELD
+
+
+def test_shapes_that_are_thicker_than_the_hull_of_their_points_stay_so():
+    rng = np.random.default_rng(27)
+    shapes = [ConvexShape(rng.normal(size=(400, 3)) + at, ball, UP, 0.0) for at, ball in ((0.0, 0.3), (2.0, 0.1))]
+    n = directions(rng, 500).T
+    true = np.max([shape.support(n) for shape in shapes], axis=0)
+    for one in (laid_covers._together(shapes), laid_covers._reduced(shapes, 1e-3)):
+        assert (one.support(n) >= true).all()
+    with pytest.raises(ValueError, match="more than the hull"):
+        covers_of_layers([[rng.normal(size=(5, 3))]])[0].shape(1, lambda _: shapes[0])
 
 
 def test_a_cover_holds_all_that_is_laid_by_then_and_nothing_that_comes_later(boss):
@@ -116,11 +166,10 @@ def test_a_cover_holds_all_that_is_laid_by_then_and_nothing_that_comes_later(bos
 def test_a_part_of_thousands_of_layers_has_its_cover_at_once():
     corners = np.array([[x, y, z] for x in (0.0, 0.02) for y in (0.0, 0.03) for z in (0.0, 0.001)])
     layers = 2500
-    many = LaidCovers.__new__(LaidCovers)
-    many._first, many._stages, many._begins, many._made = 0, layers + 1, [0], {}
-    many._laid = [[np.array([n]) if n % 3 == 0 else np.array([], dtype=int) for n in range(layers + 1)]]
-    tall = many.shape(layers, lambda g: ConvexShape(corners + np.array([0.0, 0.0, 0.001 * g]), 0.0, UP, 0.0))
-    assert tall.support(UP) == pytest.approx(0.001 * (layers // 3 * 3 + 1), rel=2e-3)
+    up = np.array([0.0, 0.0, 0.001])
+    many, shape_of = covers_of_layers([[corners + n * up] if n % 3 == 0 else [] for n in range(layers)])
+    tall = many.shape(layers, shape_of)
+    assert tall.support(UP) == pytest.approx(0.001 * ((layers - 1) // 3 * 3 + 1), rel=2e-3)
     assert tall.support(-UP) == pytest.approx(0.0, abs=5e-3)
 
 
