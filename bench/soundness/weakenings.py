@@ -209,6 +209,7 @@ MUTANTS = (
     Mutant("cell/planning/travels/travel.py", "kept_on_steps(low, q, radius)", "np.append(low[:-1], -np.inf)", (STRAIGHT,)),
     Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "off <= OUTSIDE_MM", (METAL,)),
     Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "~away", (METAL,)),
+    Mutant("cell/job/job.py", "return self.laid - 1 if self.case.part.toolpath is None else self.deposits_before", "return self.laid - 1", (METAL,)),
     Mutant("cell/cli/main.py", "    _refuse_empty(args)\n", "", ("cell/cli/test_exit_codes.py",)),
     Mutant("cell/job/wire_in_metal.py", "corners = support.radius_mm / np.cos(np.pi / SUPPORT_SIDES)", "corners = support.radius_mm", (METAL,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "clusters.laid, far), far, travel, within)", "clusters.laid, far), 2 * far, travel, within)", (PLANES,)),

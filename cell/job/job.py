@@ -178,10 +178,19 @@ class Job:
         np.minimum.at(first_bead, layer, path)
         return layer + (path > first_bead[layer])
 
+    @property
+    def laid_beside_the_wire(self) -> Ints:
+        """Deposits that the wire may run through when a target is welded, (n,): they are numbered below this.
+
+        Of layers that are sliced here the beads lie beside one another. Another slicer's may lie anyhow: once a layer
+        has a bead, all of it counts.
+        """
+        return self.laid - 1 if self.case.part.toolpath is None else self.deposits_before
+
     @cached_property
     def wires_in_metal(self) -> dict[int, Failure]:
         """Targets at which the wire would run through metal between nozzle and bead, wherever the table stands."""
-        return wires_in_metal(self.scene, self.shape, self.targets, self.laid - 1)
+        return wires_in_metal(self.scene, self.shape, self.targets, self.laid_beside_the_wire, self.laid - 1)
 
 
 def margin_warnings(solver: Solver) -> tuple[Warning, ...]:

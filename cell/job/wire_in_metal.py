@@ -54,7 +54,7 @@ class Wires:
         free: length from the tip on that stands in the bead, (n,).
         length: out to the nozzle.
         radius: of the wire.
-        deposit: number of the deposit that is laid, (n,): those before it are there.
+        laid: deposits that are there, (n,): those with a lower number.
         sub_volume: index of the sub-volume that is laid, (n,).
     """
 
@@ -63,13 +63,13 @@ class Wires:
     free: Floats
     length: float
     radius: float
-    deposit: Ints
+    laid: Ints
     sub_volume: Ints
 
     def rows(self, index: Ints) -> Wires:
         """Some of the wires."""
         of = (self.tip[index], self.out[index], self.free[index])
-        return Wires(*of, self.length, self.radius, self.deposit[index], self.sub_volume[index])
+        return Wires(*of, self.length, self.radius, self.laid[index], self.sub_volume[index])
 
     def skin(self, index: Ints) -> Wires:
         """Lines on the skin of some of the wires, SKIN_LINES of each in turn."""
@@ -152,7 +152,7 @@ class Metal:
                 index = mine[first : first + CHUNK]
                 some = wires.rows(index)
                 which, at = search.pairs(some)
-                there = self.deposit[others[at]] < some.deposit[which]
+                there = self.deposit[others[at]] < some.laid[which]
                 found[index], length[index] = self._run_through(some, which[there], others[at[there]], planes)
         return found, length
 
@@ -313,43 +313,49 @@ def wire_size(scene: Scene) -> tuple[float, float] | None:
     return length / METRES_PER_MM, radius / METRES_PER_MM
 
 
-def wires_in_metal(scene: Scene, shape: PartShape, targets: Targets, deposit: Ints) -> dict[int, Failure]:
+def wires_in_metal(scene: Scene, shape: PartShape, targets: Targets, laid: Ints, deposit: Ints) -> dict[int, Failure]:
     """Targets at which, or on the way to or from which, the wire would run through metal that is there already.
 
     Args:
         scene: the composed cell.
         shape: the part.
         targets: on its beads.
-        deposit: number of the deposit that each target belongs to, (n,).
+        laid: deposits that are there at each target, (n,): those with a lower number.
+        deposit: number of the deposit that each target belongs to, (n,): whether a piece of it is there already when
+            the target is welded is not known, so that nothing is proved by it.
     """
     size = wire_size(scene)
     if size is None or not len(targets):
         return {}
     metal = Metal.of(scene.case, shape, targets)
     target, tip, out = _along(targets, metal.may_be_met(targets))
-    wires = wires_at(targets, deposit, size, target, (tip, out))
+    wires = wires_at(targets, laid, size, target, (tip, out))
     met, length = metal.met(wires)
     hit = np.flatnonzero(met >= 0)
     hit = hit[np.argsort(length[hit], kind="stable")]  # of several at a target the worst counts
     worst = dict(zip(target[hit].tolist(), hit.tolist(), strict=True))
     wire = scene.case.tool.wire[0]
-    return {i: wire_failure(wire, metal.names[met[k]], float(length[k])) for i, k in sorted(worst.items())}
+    out_of_layer = metal.deposit[met] < deposit[target]
+    return {
+        i: replace(wire_failure(wire, metal.names[met[k]], float(length[k])), proved=bool(out_of_layer[k]))
+        for i, k in sorted(worst.items())
+    }
 
 
 def wires_at(
-    targets: Targets, deposit: Ints, size: tuple[float, float], target: Ints, pose: tuple[Floats, Floats]
+    targets: Targets, laid: Ints, size: tuple[float, float], target: Ints, pose: tuple[Floats, Floats]
 ) -> Wires:
     """Wires while targets are welded.
 
     Args:
         targets: on the beads.
-        deposit: number of the deposit that each target belongs to, (n,).
+        laid: deposits that are there at each target, (n,): those with a lower number.
         size: from :func:`wire_size`.
         target: the target that each wire is at, (m,).
         pose: tips and unit directions to the nozzle, (m, 3) each, part frame, mm.
     """
     free = targets.thickness_mm[target] + BEAD_SLACK_MM
-    return Wires(*pose, free, *size, deposit[target], targets.sub_volume_index[target])
+    return Wires(*pose, free, *size, laid[target], targets.sub_volume_index[target])
 
 
 def wire_failure(wire: str, piece: str, length: float) -> Failure:

@@ -1,25 +1,27 @@
-"""Beads of another slicer that lie over their own metal: a helix right up a wall, as one bead.
+"""Beads of another slicer that lie over or under their own metal: a helix right up a wall, as one bead.
 
     over = first_over_itself(targets, width_mm=5.0)       # {bead: target}
 
-The metal of a bead is there once its layer is done. What a bead of several turns has laid of itself is not: it is no
+A wire comes from above: a bead that runs back below what it has laid has its own metal in the wire's way. The metal of a bead is there once its layer is done. What a bead of several turns has laid of itself is not: it is no
 obstacle to its own later turns, which a warning says.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Floats
 from ..targets.targets import Targets
 from ..warning import Code, Warning
 
 ENDS = 2.0  # bead widths over itself: more than a closed turn's end
+ABOVE_MM = 25.0  # along the wire, up to which a bead's own earlier metal is looked for
 LOW, HIGH = 0.5, 1.5  # of a bead's thickness: between these below a target the turn before lies
 
 
 def first_over_itself(targets: Targets, width_mm: float) -> dict[int, int]:
-    """The beads that lie over themselves, with the first target that does.
+    """The beads that lie over or under themselves, with the first target that does.
 
     Args:
         targets: the beads.
@@ -39,7 +41,7 @@ def first_over_itself(targets: Targets, width_mm: float) -> dict[int, int]:
 
 
 def _over_itself(p: Floats, n: Floats, thickness: Floats, width: float) -> int | None:
-    """The first point of a bead that lies over an earlier part of it; None where none does."""
+    """The first point of a bead that lies over or under an earlier part of it; None where none does."""
     from scipy.spatial import cKDTree  # heavy: only for another slicer's beads
 
     if len(p) < 3:
@@ -53,8 +55,20 @@ def _over_itself(p: Floats, n: Floats, thickness: Floats, width: float) -> int |
     across = np.linalg.norm(away - up[:, None] * n[late], axis=1)
     over = (up > LOW * thickness[late]) & (up < HIGH * thickness[late]) & (across <= beside)
     of = np.unique(late[over])
+    of = np.union1d(of, _under_itself(p, n, thickness, beside))
     # where a turn ends over its own beginning a little of it does
     return int(of[0]) if steps[of - 1].sum() > ENDS * width else None
+
+
+def _under_itself(p: Floats, n: Floats, thickness: Floats, beside: float) -> NDArray[np.int64]:
+    """Points of a bead above which an earlier part of it is in the way of the wire."""
+    from scipy.spatial import cKDTree
+
+    tree, found = cKDTree(p), np.zeros(len(p), dtype=bool)
+    for up in np.arange(HIGH * float(thickness.max()) + beside, ABOVE_MM, beside):
+        away, which = tree.query(p + up * n, distance_upper_bound=beside)
+        found |= np.isfinite(away) & (which < np.arange(len(p)))
+    return np.flatnonzero(found)
 
 
 def own_metal_warnings(targets: Targets, width_mm: float) -> tuple[Warning, ...]:
@@ -70,7 +84,7 @@ def own_metal_warnings(targets: Targets, width_mm: float) -> tuple[Warning, ...]
     bead, target = next(iter(found.items()))
     more = f" and {len(found) - 1} more" if len(found) > 1 else ""
     text = (
-        f"part.toolpath: bead {bead}{more} lies over its own metal from target {target} on. That metal "
+        f"part.toolpath: bead {bead}{more} lies over or under its own metal from target {target} on. That metal "
         "joins the cell only "
         "when the bead is done, so collisions with it are not checked; make each turn a bead and a layer of its own"
     )

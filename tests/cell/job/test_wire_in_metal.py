@@ -140,8 +140,8 @@ def test_what_wires_run_through_is_what_dense_points_on_them_say():
     along = np.arange(free, length, 0.1)
     through = np.zeros(n, dtype=bool)
     for k in range(n):
-        there = [m for m in range(len(pieces)) if deposit[m] < wires.deposit[k] and owner[m] != wires.sub_volume[k]]
-        there += [m for m in range(len(pieces)) if owner[m] < 0 and deposit[m] < wires.deposit[k]]
+        there = [m for m in range(len(pieces)) if deposit[m] < wires.laid[k] and owner[m] != wires.sub_volume[k]]
+        there += [m for m in range(len(pieces)) if owner[m] < 0 and deposit[m] < wires.laid[k]]
         first = np.cross(out[k], [0.3, 0.5, 0.8])
         first /= np.linalg.norm(first)
         second = np.cross(out[k], first)
@@ -197,3 +197,29 @@ def test_no_wire_runs_through_anything_between_targets_that_are_left_out():
         met += int((metal.met(every)[0] >= 0).sum())
     assert left_out > 300
     assert met > 100
+
+
+def roofed(folder, roof_layer, below_layer):
+    """Two beads of another slicer: the second lies below the first, by 5 mm."""
+    beads = [(0, 27, roof_layer), (1, 22, below_layer)]
+    rows = [f"{x},{-10 + 3 * k},30,1,0,0,{path},{layer}" for path, x, layer in beads for k in range(8)]
+    (folder / "theirs.csv").write_text("\n".join(["x,y,z,nx,ny,nz,path,layer", *rows]) + "\n", encoding="utf-8")
+    case = {
+        "part": {"toolpath": "theirs.csv", "body": {"radius_mm": 20, "z_mm": [0, 60]}},
+        "support": {"radius_mm": 15, "height_mm": 120},
+        "table": {"E1_deg": 90, "E2_deg": 0},
+        "positioner": {"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90]},
+    }
+    path = folder / "theirs.case.yaml"
+    path.write_text(yaml.safe_dump(case), encoding="utf-8")
+    return prepare(load_case(path))
+
+
+@pytest.mark.parametrize("below_layer", [0, 1])
+def test_a_bead_below_one_that_lies_there_is_met_though_of_one_layer(below_layer, tmp_path):
+    job = roofed(tmp_path, 0, below_layer)
+    met = job.wires_in_metal
+    assert sorted(met) == list(range(8, 16))
+    # of its own layer it is not known what lies there when
+    assert {failure.proved for failure in met.values()} == {below_layer > 0}
+    assert not check_fixed(job, 90.0, 0.0).feasible

@@ -51,3 +51,14 @@ def test_beads_that_stay_beside_themselves_are_not_told(kind, tmp_path):
     path = written(tmp_path, x, y, z, layer)
     assert first_over_itself(path.targets, 5.0) == {}
     assert Code.BEAD_OVER_ITSELF not in {w.code for w in path.warnings}
+
+
+def test_a_bead_that_runs_back_below_itself_is_told(tmp_path):
+    there = np.linspace(0, 60, 31)
+    x, y, z = np.concatenate([there, there[::-1]]), np.zeros(62), np.repeat([20.0, 8.0], 31)
+    path = written(tmp_path, x, y, z)
+    assert first_over_itself(path.targets, 5.0) == {0: 31}
+    (line,) = [w for w in path.warnings if w.code is Code.BEAD_OVER_ITSELF]
+    assert "lies over or under its own metal from target 31 on" in line
+    # beside it, it is not in the way
+    assert not first_over_itself(written(tmp_path, x, np.repeat([0.0, 12.0], 31), z).targets, 5.0)
