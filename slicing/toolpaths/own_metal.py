@@ -2,8 +2,8 @@
 
     over = first_over_itself(targets, width_mm=5.0)       # {bead: target}
 
-A wire comes from above: a bead that runs back below what it has laid has its own metal in the wire's way. The metal of a bead is there once its layer is done. What a bead of several turns has laid of itself is not: it is no
-obstacle to its own later turns, which a warning says.
+The metal of a bead is there once its layer is done. What a bead of several turns has laid of itself is not: it is no
+obstacle to its own later turns, nor to the wire where it runs back below itself, which a warning says.
 """
 
 from __future__ import annotations
