@@ -34,6 +34,7 @@ STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
+BESIDE = "cell/job/test_beside_body.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
@@ -209,6 +210,10 @@ MUTANTS = (
     Mutant("cell/planning/travels/travel.py", "kept_on_steps(low, q, radius)", "np.append(low[:-1], -np.inf)", (STRAIGHT,)),
     Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "off <= OUTSIDE_MM", (METAL,)),
     Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "~away", (METAL,)),
+    Mutant("slicing/decomposition/cut.py", "            kept += part\n            beside.append((vertices, faces))\n            (ends if", "            kept += part\n            (ends if", (BESIDE,)),
+    Mutant("cell/job/job.py", "shape.hulls | pieces_beside(part.beside_profile)", "shape.hulls", (BESIDE,)),
+    Mutant("cell/job/wire_in_metal.py", "and case.slicing.strategy != \"revolved\"", "", (METAL,)),
+    Mutant("cell/job/beside_body.py", "if spread[2] < FLAT * spread[0]:", "if False:", (BESIDE,)),
     Mutant("cell/job/job.py", "return self.laid - 1 if self.case.part.toolpath is None else self.deposits_before", "return self.laid - 1", (METAL,)),
     Mutant("cell/cli/main.py", "    _refuse_empty(args)\n", "", ("cell/cli/test_exit_codes.py",)),
     Mutant("cell/job/wire_in_metal.py", "corners = support.radius_mm / np.cos(np.pi / SUPPORT_SIDES)", "corners = support.radius_mm", (METAL,)),

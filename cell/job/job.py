@@ -53,6 +53,7 @@ from ..scene.drives import Drives, drives
 from ..scene.placement import place_targets
 from ..scene.scene import Scene, table_angles
 from ..units import METRES_PER_MM
+from .beside_body import pieces_beside
 from .build_order import BuildOrder, in_build_order, layers_of, ordered_shape
 from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_runs, check_table
@@ -369,6 +370,8 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
         pool().begin(len(path.targets) // LEAST_CHUNK, "cell.part_chunks.chunked_run")
     axis = (0.0, 0.0) if part.round_body is None else part.round_body.axis_xy_mm
     shape = toolpath_shape(path, part.body_mesh, part.profile, axis, built)
+    if part.body_solid is None:
+        shape = replace(shape, hulls=shape.hulls | pieces_beside(part.beside_profile))
     targets, order, layers = path.targets, None, layers_of(shape)
     runs = build_runs(case, targets.sub_volume, layers)
     if runs is not None:

@@ -61,6 +61,7 @@ class PartInput:
         evidence: what the body of a part in one mesh was known by.
         round_body: its surface.
         built: sub-volumes that are there from the start, with what they stand on.
+        beside_profile: solids that are there from the start beside what the profile holds.
     """
 
     meshes: tuple[Mesh, ...]
@@ -74,6 +75,7 @@ class PartInput:
     evidence: Evidence | None = None
     round_body: Body | None = None
     built: tuple[tuple[Mesh, Body], ...] = ()
+    beside_profile: tuple[Mesh, ...] = ()
 
 
 def found_lines(T_part_input: Floats, evidence: Evidence | None) -> tuple[str, ...]:
@@ -219,6 +221,7 @@ def _whole(case: Case, loaded: list[Mesh]) -> PartInput:
         T_part_input=found.T_part_input,
         evidence=found.evidence,
         round_body=found.body if not bodies else bodies[0],
+        beside_profile=found.beside_outline,
     )
 
 

@@ -122,7 +122,8 @@ class Metal:
             pieces["support"] = np.column_stack([np.tile(ring, (2, 1)), heights])
         words = [name.split("/") for name in pieces]
         number = [int(w[1]) if w[0] == "deposit" else -1 for w in words]
-        layered = case.part.toolpath is None  # another slicer's layers may lie anyhow
+        # another slicer's layers may lie anyhow, and offsets of a profile with a groove face one another
+        layered = case.part.toolpath is None and case.slicing.strategy != "revolved"
         own = {name: k for k, name in enumerate(targets.sub_volume)} if layered else {}
         owner = [own.get(w[2], -1) if w[0] == "deposit" else -1 for w in words]
         return cls(tuple(pieces), tuple(pieces.values()), np.array(number), np.array(owner))

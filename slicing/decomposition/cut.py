@@ -94,6 +94,7 @@ class Cut:
         floating: what touches nothing, left with the body.
         slivers: what was too small to keep.
         steps: what goes round the body like a thread, left with it.
+        beside_outline: all that stands out of the outline and is no piece, visibly: vertices (n, 3) mm and faces.
     """
 
     pieces: list[CutPiece]
@@ -102,6 +103,7 @@ class Cut:
     floating: list[RejectedPiece]
     slivers: list[Sliver]
     steps: list[Sliver] = field(default_factory=list)
+    beside_outline: list[tuple[Floats, Ints]] = field(default_factory=list)
 
 
 def solid_of(vertices: Floats, faces: Ints, name: str) -> Any:
@@ -217,6 +219,7 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float, steps_to_mm: float = 
     steps: list[Sliver] = []
     ends: list[RejectedPiece] = []
     floating: list[RejectedPiece] = []
+    beside: list[tuple[Floats, Ints]] = []
     thin = min(SLIVER_MM, SLIVER_SIZE * outline.widest)
     for part in whole_solids(solid - cutter):
         vertices, faces, cut = arrays_of(part, number)
@@ -224,20 +227,25 @@ def cut_off(solid: Any, outline: Outline, noise_mm: float, steps_to_mm: float = 
         sliver = Sliver(height, float(part.volume()))
         if part.volume() < least or height < thin:
             slivers.append(sliver)
+            if height >= thin:
+                beside.append((vertices, faces))
             continue
         piece = _on_outline(vertices, faces, cut, outline)
         skin = np.delete(faces, cut, axis=0)
         if len(piece.root) and _thin_on_cones(piece, height, outline) and is_turned(vertices, skin):
             slivers.append(sliver)
+            beside.append((vertices, faces))
         elif len(piece.root) and _radius(vertices) <= steps_to_mm and is_turned_step(part, vertices, skin, outline):
             kept += part
             steps.append(sliver)
+            beside.append((vertices, faces))
         elif len(piece.root):
             pieces.append(piece)
         else:
             kept += part
+            beside.append((vertices, faces))
             (ends if len(cut) else floating).append(RejectedPiece(float(part.volume()), _least_off(part, outline)))
-    return Cut(pieces, _on_outline(*arrays_of(kept, number), outline), ends, floating, slivers, steps)
+    return Cut(pieces, _on_outline(*arrays_of(kept, number), outline), ends, floating, slivers, steps, beside)
 
 
 def _least_off(part: Any, outline: Outline) -> float:

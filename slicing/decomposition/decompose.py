@@ -83,6 +83,8 @@ class Decomposition:
             the input's origin at the part's origin.
         warnings: one line each.
         evidence: what the body was known by.
+        beside_outline: solids that stand out of the outline and are no sub-volume: on its ends, like a thread, or
+            touching nothing.
     """
 
     body: CylindricalBody
@@ -94,6 +96,7 @@ class Decomposition:
     T_part_input: Floats
     warnings: tuple[str, ...] = ()
     evidence: Evidence | None = None
+    beside_outline: tuple[Mesh, ...] = ()
 
     def bodies_for(self, strategy: str) -> tuple[Body, ...]:
         """What each sub-volume stands on, seen as a slicing strategy needs it.
@@ -186,6 +189,10 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
         T_part_input,
         tuple(warnings),
         replace(evidence, left_out=(*map(str, left), *rings_of(outline))),
+        tuple(
+            mesh_from_arrays(f"{mesh.name} beside its body", vertices + shift, faces, mesh.noise_mm)
+            for vertices, faces in cut.beside_outline
+        ),
     )
 
 

@@ -223,3 +223,26 @@ def test_a_bead_below_one_that_lies_there_is_met_though_of_one_layer(below_layer
     # of its own layer it is not known what lies there when
     assert {failure.proved for failure in met.values()} == {below_layer > 0}
     assert not check_fixed(job, 90.0, 0.0).feasible
+
+
+@pytest.mark.parametrize("meshes", [["both"], ["upper", "lower"]])
+def test_layers_of_one_sub_volume_face_one_another_in_a_groove(meshes, tmp_path):
+    solids = {"upper": box((31, -7, 26), (39, 7, 30)), "lower": box((33, -7, 10), (39, 7, 18))}
+    solids["both"] = trimesh.util.concatenate(list(solids.values()))
+    for name in meshes:
+        solids[name].export(tmp_path / f"{name}.stl")
+    groove = [[15, 0], [50, 0], [50, 10], [15, 10], [15, 26], [32, 26], [32, 30], [15, 30], [15, 70]]
+    case = {
+        "part": {"sub_volumes": [f"{name}.stl" for name in meshes], "body": {"profile_mm": groove}},
+        "slicing": {"strategy": "revolved", "h_layer_mm": 1.73},
+        "beads": {"pattern": "contour_parallel"},
+        "tool": {"dimensions": {"stick_out_mm": 35}},
+        "support": {"radius_mm": 12, "height_mm": 120},
+    }
+    path = tmp_path / "groove.case.yaml"
+    path.write_text(yaml.safe_dump(case), encoding="utf-8")
+    job = prepare(load_case(path))
+    met = job.wires_in_metal
+    assert met
+    assert all(failure.proved for failure in met.values())
+    assert max(failure.measure for failure in met.values()) < -3.0

@@ -1,0 +1,46 @@
+"""What of a body stands out of its round outline, as convex pieces for collisions.
+
+    pieces_beside(part.beside_profile)        # {"body/beside_0/0": (k, 3), ..}
+
+A part in one mesh is taken apart into a body of revolution and sub-volumes. What is neither, on the body's ends or
+beside it, is there from the start like the body itself. Millimetres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+import numpy as np
+
+from ik.chain import Floats
+from slicing import Mesh, convex_hull
+
+from ..mjcf.convex_pieces import convex_pieces
+
+PADDED_MM = 0.05  # by which what has no volume to speak of is made thicker
+FLAT = 1e-4  # thickness over length, below which it has none
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
+
+
+def pieces_beside(solids: Sequence[Mesh]) -> dict[str, Floats]:
+    """Vertices of convex pieces that hold some solids, by geom name.
+
+    Args:
+        solids: closed, part frame, mm.
+    """
+    return {f"body/beside_{k}/{i}": p for k, one in enumerate(solids) for i, p in enumerate(_pieces(one))}
+
+
+def _pieces(solid: Mesh) -> Iterator[Floats]:
+    import trimesh  # heavy: only where there is something beside the body
+
+    try:
+        found = convex_pieces(trimesh.Trimesh(solid.vertices, solid.faces, process=False)).pieces
+    except ValueError:  # a part of it is too thin to be cut
+        found = (np.asarray(solid.vertices),)
+    for points in found:
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        if spread[2] < FLAT * spread[0]:
+            points = (points[:, None] + PADDED_MM * CORNERS).reshape(-1, 3)
+        yield convex_hull(points)[0]
