@@ -47,12 +47,11 @@ def holds(job: Job, points: np.ndarray) -> np.ndarray:
     return held
 
 
-@pytest.mark.parametrize("low_high", [POST, LOOSE])
+@pytest.mark.parametrize(("low", "high"), [POST, LOOSE])
 def test_what_stands_on_an_end_or_touches_nothing_collides(
-    low_high: tuple[tuple[float, ...], ...], tmp_path: Path
+    low: tuple[float, ...], high: tuple[float, ...], tmp_path: Path
 ) -> None:
-    solid = box(*low_high)
-    job = part(tmp_path, solid)
+    job = part(tmp_path, box(low, high))
     assert job.targets.sub_volume == ("SV1",)
     rng = np.random.default_rng(1)
     points = rng.uniform(low, high, (500, 3))
