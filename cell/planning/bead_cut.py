@@ -136,7 +136,7 @@ def find_cut(
             search.look(places, left)
             found = {g: cut for g in left if (cut := search.cut(places, g)) is not None}
             ends += found.values()
-            left -= found.keys()
+            left.difference_update(found)
             finer = search.refined(places, left)
             if finer is None or len(finer) > MOST_PLACES:
                 break
@@ -156,7 +156,7 @@ class _CutSearch:
         placed, self.place = _dense(targets)  # place of every target
         laid = np.full(len(placed.position), context.deposits_before[first])
         self.context = replace(context, placed=placed, deposits_before=laid)
-        self.step = context.settings.roll_step / FINER_ROLLS
+        self.step = context.settings.roll_step
         self.sampled = rolls_around(context, self.step)
         self._stations = stations(targets, Spacing())
         self._coarse: dict[int, set[tuple[int, float]]] = {}  # by place, branches and rolls that are free
@@ -192,7 +192,7 @@ class _CutSearch:
         """Branches in which no coarse sample of the roll is free at both of two places."""
         new: Ints = np.array([i for i in (a, b) if i not in self._coarse], dtype=np.int64)
         if len(new):
-            known = rolls_sampled(self.context, new, self.step * FINER_ROLLS)
+            known = rolls_sampled(self.context, new, self.step)
             some = known.rows(known.room >= 0)
             for i in new.tolist():
                 here = some.target == i
@@ -208,7 +208,8 @@ class _CutSearch:
         rolls = np.unique(np.append(self.sampled, _between_samples(self.context, new, self.step)))
         grid = np.meshgrid(new, np.array(sorted(branches)), rolls, indexing="ij")
         target, branch, roll = (x.ravel() for x in grid)
-        known = with_rolls_between(self.context, checked_rolls(self.context, target, roll, branch))
+        looked = checked_rolls(self.context, target, roll, branch)
+        known = with_rolls_between(self.context, looked, beside_free=False)
         self._known.update({int(i): known.rows(known.target == i) for i in new})
 
     def cut(self, places: Sequence[int], branch: int) -> tuple[int, int] | None:
