@@ -69,9 +69,7 @@ class BeadCut:
     stop: int
 
 
-def cut_bead(
-    context: Context, first: int, stop: int, near: Iterable[tuple[int, int]] = (), *, closely: bool = True
-) -> BeadPlan | None:
+def cut_bead(context: Context, first: int, stop: int, near: Iterable[tuple[int, int]] = ()) -> BeadPlan | None:
     """A bead that is cut, as what is known of it by then: why no way leads on there; the rest is left open.
 
     Args:
@@ -79,12 +77,11 @@ def cut_bead(
         first: the bead's first target.
         stop: one past its last.
         near: see :func:`find_cut`.
-        closely: see :func:`find_cut`.
 
     Returns:
         The plan; None where no cut was found.
     """
-    cut = find_cut(context, first, stop, near, closely=closely)
+    cut = find_cut(context, first, stop, near)
     if cut is None:
         return None
     to = cut.stop - 1
@@ -111,9 +108,7 @@ def may_be_cut(context: Context, first: int, stop: int) -> bool:
     return rest and stop - first > 1 and not np.ptp(context.deposits_before[first:stop])
 
 
-def find_cut(
-    context: Context, first: int, stop: int, near: Iterable[tuple[int, int]] = (), *, closely: bool = True
-) -> BeadCut | None:
+def find_cut(context: Context, first: int, stop: int, near: Iterable[tuple[int, int]] = ()) -> BeadCut | None:
     """Where a bead is cut.
 
     Args:
@@ -121,7 +116,6 @@ def find_cut(
         first: the bead's first target.
         stop: one past its last.
         near: pairs of its targets, counted from its first, between which it may be cut; anywhere where left out.
-        closely: whether it is looked for more than one pair of neighbouring places at which all branches are cut.
 
     Returns:
         The shortest stretch that was found; None where the bead may be whole, or a search in full costs little.
@@ -131,7 +125,7 @@ def find_cut(
     search = _CutSearch(context, first, stop)
     ends: list[tuple[int, int]] = []
     left = set(range(BRANCHES))
-    for places in search.begun_at(list(near), left, closely=closely):
+    for places in search.begun_at(list(near), left):
         while left:
             search.look(places, left)
             found = {g: cut for g in left if (cut := search.cut(places, g)) is not None}
@@ -156,21 +150,21 @@ class _CutSearch:
         placed, self.place = _dense(targets)  # place of every target
         laid = np.full(len(placed.position), context.deposits_before[first])
         self.context = replace(context, placed=placed, deposits_before=laid)
-        self.step = context.settings.roll_step
+        self.step = context.settings.roll_step / FINER_ROLLS
         self.sampled = rolls_around(context, self.step)
         self._stations = stations(targets, Spacing())
         self._coarse: dict[int, set[tuple[int, float]]] = {}  # by place, branches and rolls that are free
         self._known: dict[int, KnownRolls] = {}  # by place, sorted by branch and roll
         self._blocked: dict[tuple[int, int], tuple[Ints, Floats]] = {}
 
-    def begun_at(self, near: Sequence[tuple[int, int]], branches: set[int], *, closely: bool) -> Iterator[list[int]]:
+    def begun_at(self, near: Sequence[tuple[int, int]], branches: set[int]) -> Iterator[list[int]]:
         """Places to begin with, a few at a time: two neighbours that seem apart, then more around them."""
         at = self._stations
         for a, b in near[:MOST_NEAR] or [(0, len(self.place) - 1)]:
             pair = self._narrowed(int(self.place[a]), int(self.place[b]), branches)
-            if pair is not None and (closely or len(self._apart(pair, pair + 1, branches)) == len(branches)):
+            if pair is not None:
                 yield [pair, pair + 1]
-            if not branches or not closely:
+            if not branches:
                 return
             low, high = np.searchsorted(at, a, "right") - 1 - AROUND, np.searchsorted(at, b) + AROUND
             some = [a, b, *at[max(low, 0) : high + 1].tolist()]
@@ -192,7 +186,7 @@ class _CutSearch:
         """Branches in which no coarse sample of the roll is free at both of two places."""
         new: Ints = np.array([i for i in (a, b) if i not in self._coarse], dtype=np.int64)
         if len(new):
-            known = rolls_sampled(self.context, new, self.step)
+            known = rolls_sampled(self.context, new, self.step * FINER_ROLLS)
             some = known.rows(known.room >= 0)
             for i in new.tolist():
                 here = some.target == i

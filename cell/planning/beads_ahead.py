@@ -33,7 +33,7 @@ from .travels.straight_travels import BeadGap, straight_travels
 from .travels.travel import TravelPath
 
 TOGETHER = 1500  # targets that are looked ahead
-MISSES = 2  # beads one after the other that are not found so, until nothing more is searched ahead
+MISSES = 2  # usual limit of beads one after the other that are not found so
 STATIONS_TOGETHER = 400  # targets of beads whose stations are worked out at a time
 WASTED = 2 * TOGETHER  # targets searched ahead without use, until nothing more is
 
@@ -77,7 +77,8 @@ class BeadsAhead:
         self._alone, self._pause = 0, 1  # beads found alone since nothing is searched ahead, and after how many it is
         self._vain: tuple[int, Floats | None, StationSearch] | None = None
         self._nodes: dict[int, StationNodes] = {}  # of beads that have not been come to, by their first target
-        self.doubtful = False  # whether many beads and travels are expected not to be found so
+        self.doubtful = False  # whether many travels are expected not to be straight
+        self.most_misses = MISSES  # beads one after the other that are not found so, until nothing more is searched
 
     def bead(self, first: int, q_before: Floats | None) -> BeadPlan | None:
         """A bead, if it is found at once.
@@ -89,7 +90,7 @@ class BeadsAhead:
         Returns:
             The whole bead, checked; None where it is to be planned by itself.
         """
-        worth_it = self._misses < self._most_misses and self._wasted < WASTED
+        worth_it = self._misses < self.most_misses and self._wasted < WASTED
         if not self._expected and worth_it and self.failed_search(first, q_before) is None:
             self._search(first, q_before)
         known = self._expected.pop(first, None)
@@ -103,15 +104,11 @@ class BeadsAhead:
 
     def found_alone(self) -> None:
         """A bead was found whole by itself. After some of these, beads are searched ahead again."""
-        if self._misses < self._most_misses:
+        if self._misses < self.most_misses:
             return
         self._alone += 1
         if self._alone >= self._pause:
-            self._alone, self._pause, self._misses = 0, 2 * self._pause, self._most_misses - 1
-
-    @property
-    def _most_misses(self) -> int:
-        return 1 if self.doubtful else MISSES
+            self._alone, self._pause, self._misses = 0, 2 * self._pause, self.most_misses - 1
 
     def can_leave(self, last: Stretch | None, bead: BeadPlan) -> bool:
         """Whether it is known that the torch can be drawn back from a bead: a travel leads on from it.

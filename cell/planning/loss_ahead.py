@@ -81,7 +81,7 @@ def loss_ahead(context: Context, beads: Beads) -> LossAhead:
 
 def _looked_for(context: Context, beads: Beads) -> LossAhead:
     not_cut: list[tuple[int, int]] = []
-    for first, stop in sorted(beads[::-1], key=lambda bead: bead[1] - bead[0]):
+    for first, stop in sorted(beads, key=lambda bead: (bead[1] - bead[0], -bead[0])):
         if stop - first > MOST_TARGETS or not may_be_cut(context, first, stop):
             continue
         search = StationSearch(SearchedBead.of(context, first, stop), context.settings.roll_step, Ends())

@@ -413,11 +413,12 @@ class _RunSearch:
 
     def _is_lost_ahead(self, first: int) -> bool:
         """Whether one of the part's last beads, still to come after one, is found to be lost: looked for once."""
-        if self.run.begun is not None:
-            return False  # they have been come to already
+        if self.run.begun is not None or self.judge.every:
+            return False  # they have been come to already, or are come to in any case
         if self.loss_ahead is None:
             self.loss_ahead = loss_ahead(self.context, tuple(some for some in self.run.last if some[0] > first))
-            self.judge.lost |= self.loss_ahead.lost is not None
+            if self.loss_ahead.lost is not None:
+                self.judge.lost, self.ahead.most_misses = True, 1  # what is like that bead is not found so either
         return self.loss_ahead.lost is not None
 
 

@@ -67,9 +67,7 @@ class _Route:
     deposits_laid: int
 
 
-def straight_travels(
-    context: Context, gaps: Sequence[BeadGap], *, doubtful: bool = False
-) -> list[TravelPath | None]:
+def straight_travels(context: Context, gaps: Sequence[BeadGap], *, doubtful: bool = False) -> list[TravelPath | None]:
     """The straight travels between beads.
 
     Args:

@@ -87,9 +87,9 @@ def travel(
         may_search: asked before a way round is searched, where no straight one is free: whether it may be.
 
     Returns:
-        Samples (m, j) and their clearances; or why there is no way, or no straight one. It ends where ``start`` begins, or
-        whole turns of joints from there by which :func:`turned_to_travel_end` can turn all of it; from home it always
-        ends where it begins.
+        Samples (m, j) and their clearances; or why there is no way, or no straight one. It ends where ``start``
+        begins, or whole turns of joints from there by which :func:`turned_to_travel_end` can turn all of it; from home
+        it always ends where it begins.
     """
     return _TravelSearch(context, end, start, deposits_laid).search(may_search)
 
