@@ -17,10 +17,11 @@ from dataclasses import dataclass, replace
 from ..failure import Failure
 from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import reduced_budget
+from ..planning.bead_runs import BeadRun, PartPlan, PlannedRun
 from ..planning.context import Context
 from ..planning.edges.edge_check import Stretch
 from ..planning.loss_ahead import last_beads
-from ..planning.part_plan import BeadRun, PartPlan, PlannedRun, plan_part, plan_run, plan_runs, travel_failure
+from ..planning.part_plan import plan_part, plan_run, plan_runs, travel_failure
 from ..planning.travels.home import FoundHomeTravels, search_home_travels
 from ..planning.travels.travel import TravelPath
 from ..processes.work_round import Aside, Task

@@ -21,9 +21,9 @@ from ik.chain import Floats
 from ..failure import Failure
 from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import travel_to
+from ..planning.bead_runs import PartPlan
 from ..planning.context import Context
 from ..planning.edges.edge_check import Stretch
-from ..planning.part_plan import PartPlan
 from ..planning.travels.straight_travels import straight_travel
 from ..planning.travels.travel import TravelPath
 

@@ -19,8 +19,8 @@ from ..failure import Failure
 from ..planning.assemble import RunBeads
 from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import reduced_budget
+from ..planning.bead_runs import PartPlan, PlannedRun
 from ..planning.edges.edge_check import Stretch
-from ..planning.part_plan import PartPlan, PlannedRun
 from ..planning.travels.home import FoundHomeTravels, HomeTravels, search_home_travels
 from ..processes.work_round import Task
 from ..processes.worker import Tick

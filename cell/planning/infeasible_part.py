@@ -14,7 +14,9 @@ Beyond the budget, a bead of a part that is not known to be lost is postponed: `
 ``cell.planning.part_plan`` comes back to it if nothing else is lost: first to see whether it is cut (``bead_cut``),
 then to search it in full. So is a bead that the quick search does not find and whose full search the budget does not
 allow. In a part that is lost, such a bead is lost as soon as one of its targets is proved out of reach, or is free at
-no roll; a few others are checked with it, and the rest is left open: neither feasible nor infeasible.
+no roll; a few others are checked with it, and the rest is left open: neither feasible nor infeasible. Of a large part
+that is lost, beads are passed over, and left open, behind those that came out neither whole nor with a lost target: one
+behind the first of these, and twice as many behind each that follows.
 
 Metres and radians.
 """

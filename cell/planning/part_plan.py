@@ -10,7 +10,7 @@ How one bead is planned, and led to, is in ``cell.planning.bead_plan``. Metres, 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -22,53 +22,23 @@ from ..failure import Failure, FailurePlace, Where
 from ..progress import Progress, counted_progress
 from .bead_outcome import BeadPlan
 from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
+from .bead_runs import BeadRun, KnownBead, PartPlan, PlannedRun, PostponedRun
 from .beads_ahead import BeadsAhead
 from .context import Context
 from .edges.edge_check import Stretch
 from .infeasible_part import (
     LOOKED_AT,
     LOOKED_AT_CLOSELY,
-    DoubtfulBead,
     InfeasiblePartJudge,
-    Judged,
     first_cut_of,
     lost_bead,
 )
-from .loss_ahead import Beads, LossAhead, last_beads, loss_ahead
+from .loss_ahead import LossAhead, last_beads, loss_ahead
 from .travels.straight_travels import straight_travel
 from .travels.travel import TravelPath
 
 NOT_STRAIGHT = 3  # gaps known to have no straight travel, until it is looked whether one of the last beads is lost
 RUNS_LOOKED_AT = 2  # in which it is looked whether a postponed bead is cut, one after the other
-HomePaths = tuple[TravelPath | None, TravelPath | None]  # from home to the first bead, and from the last one back
-
-
-@dataclass(frozen=True, eq=False)
-class PartPlan:
-    """What became of a part.
-
-    Attributes:
-        beads: in order.
-        travels: to each whole bead from the one before.
-        travel_failures: failures of travels, by the target that begins a bead to which none leads.
-        home: straight ways from home to the first bead and from the last one back, where they were found beside the
-            travels.
-    """
-
-    beads: tuple[BeadPlan, ...]
-    travels: tuple[TravelPath, ...]
-    travel_failures: dict[int, Failure]
-    home: HomePaths = (None, None)
-
-    @property
-    def whole(self) -> bool:
-        """Whether all of it can be run through."""
-        return not self.travel_failures and all(bead.whole for bead in self.beads)
-
-    @property
-    def stretches(self) -> list[Stretch]:
-        """All that can be run through, in order."""
-        return [stretch for bead in self.beads for stretch in bead.stretches]
 
 
 def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None = None) -> PartPlan:
@@ -90,106 +60,6 @@ def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None 
 
     run = BeadRun(tuple(firsts), span.stop, span.start, last=last_beads(firsts, span.stop))
     return plan_runs(context, [run], planned, progress)[0]
-
-
-@dataclass(frozen=True, eq=False)
-class KnownBead:
-    """A bead that is planned before the run that it belongs to.
-
-    Attributes:
-        bead: its plan.
-        spent: configurations that are charged for it.
-    """
-
-    bead: BeadPlan
-    spent: float
-
-
-@dataclass(frozen=True, eq=False)
-class PostponedRun:
-    """A run up to its first postponed bead.
-
-    Attributes:
-        plan: of the beads before it.
-        judged: what was spent on these, and what was learned.
-    """
-
-    plan: PartPlan
-    judged: Judged
-
-
-@dataclass(frozen=True, eq=False)
-class BeadRun:
-    """Beads to be planned one after the other.
-
-    Attributes:
-        firsts: first target of each.
-        stop: one past the last target of the last.
-        q_before: where the arm comes from, (j,), rad, or None.
-        known: the first of them, where it is planned already.
-        reduced: whether travels are searched with few attempts from the beginning.
-        share: of what the whole part may cost where it is lost.
-        begun: where to go on; None: at the first bead.
-        full_searches: how many postponed beads may be searched in full, from there on.
-        lost: whether the part is known to be lost.
-        last: the last beads of the part, looked at before a travel is searched; those of other runs may be among them.
-    """
-
-    firsts: tuple[int, ...]
-    stop: int
-    q_before: Floats | None
-    known: KnownBead | None = None
-    reduced: bool = False
-    share: float = 1.0
-    begun: PostponedRun | None = None
-    full_searches: int = 0
-    lost: bool = False
-    last: Beads = ()
-
-    @property
-    def done(self) -> int:
-        """How many of the beads are planned already."""
-        return 0 if self.begun is None else len(self.begun.plan.beads)
-
-    @property
-    def beads_left(self) -> int:
-        """How many beads are to be planned."""
-        return len(self.firsts) - self.done
-
-    @property
-    def targets_left(self) -> int:
-        """How many targets these have."""
-        return self.stop - self.firsts[self.done]
-
-
-@dataclass(frozen=True, eq=False)
-class PlannedRun:
-    """What became of a run.
-
-    Attributes:
-        plan: of its beads; of a run that went on from a postponed one, up to the next.
-        lost: whether a bead is known not to come out whole.
-        postponed: the run up to the first bead that was postponed; None where none was.
-        doubtful: the beads that were postponed.
-        ahead: a bead of this run or a later one that was found to be lost before it was come to.
-        not_cut: beads of which it was looked ahead in vain whether they are cut.
-    """
-
-    plan: PartPlan
-    lost: bool
-    postponed: PostponedRun | None
-    doubtful: tuple[DoubtfulBead, ...] = ()
-    ahead: BeadPlan | None = None
-    not_cut: Beads = ()
-
-    def has(self, bead: BeadPlan) -> bool:
-        """Whether a bead is one of this run."""
-        return any(bead.first == other.first for other in self.plan.beads)
-
-    def with_bead(self, bead: BeadPlan) -> PlannedRun:
-        """The same with a bead that is known to be lost in the place of one that was left open."""
-        beads = tuple(bead if bead.first == other.first else other for other in self.plan.beads)
-        return replace(self, plan=replace(self.plan, beads=beads), lost=True)
 
 
 def plan_runs(

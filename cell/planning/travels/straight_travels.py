@@ -185,12 +185,9 @@ def _checked_travels(
         return []
     of = np.repeat(np.arange(len(paths)), [len(q) for q, _ in paths])
     q, laid = np.concatenate([q for q, _ in paths]), np.array([deposits_laid for _, deposits_laid in paths])[of]
-    good, found = np.ones(len(paths), dtype=bool), Clearances.none(len(q))
-    first = np.arange(len(q)) % FIRST_LOOK == 0
-    for look in (first, ~first):
-        some = np.flatnonzero(look & good[of])
-        found.put(some, checker.clearances(q[some], laid[some]))
-        good[of[some[found.distance[some] < room]]] = False
+    found = checker.clearances(q, laid)
+    good = np.ones(len(paths), dtype=bool)
+    good[of[found.distance < room]] = False
     k = np.flatnonzero(good[of])
     if len(k):
         step, _ = unproven_steps(checker, context.radius, q[k], laid[k], found.rows(k), of[k], least=least)
