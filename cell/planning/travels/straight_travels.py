@@ -111,7 +111,7 @@ def _free_at_first_look(context: Context, routes: Sequence[_Route]) -> list[_Rou
     """Those of some ways that have room at every few samples."""
     if not routes:
         return []
-    some = [route.q[FIRST_LOOK // 2 :: FIRST_LOOK] for route in routes]
+    some = [route.q[::FIRST_LOOK] for route in routes]
     of = np.repeat(np.arange(len(some)), [len(q) for q in some])
     laid = np.array([route.deposits_laid for route in routes])[of]
     found = context.checker.clearances(np.concatenate(some), laid)
