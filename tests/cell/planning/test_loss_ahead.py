@@ -96,7 +96,8 @@ def test_all_ways_round_are_searched_of_a_part_that_is_not_lost(job, no_straight
     assert len(plan.travels) == len(firsts) - 1
 
 
-def test_every_target_asks_for_every_travel(job, no_straight_travel):
+def test_every_target_asks_for_every_travel(job, no_straight_travel, monkeypatch):
+    monkeypatch.setattr(part_plan, "loss_ahead", lambda *_: pytest.fail("the last beads are come to in any case"))
     lost = out_of_reach(job, int(job.targets.layer.max()))
     context = context_of(lost)
     every = replace(context, settings=replace(context.settings, every_target=True))
@@ -216,3 +217,12 @@ def test_of_a_large_part_that_is_lost_beads_are_passed_over_more_and_more(job, m
         judge.plan(first, stop, None, lambda _: pytest.fail("searched in full"))
     assert len(searched) <= len(beads)
     assert judge._pass_next == 0
+
+
+def test_of_beads_that_are_found_at_once_nothing_else_is_looked_at(job, monkeypatch):
+    for name in ("unreachable", "lost_alone", "cut_bead"):
+        monkeypatch.setattr(loss_ahead, name, lambda *_: pytest.fail("the quick search has found it"))
+    firsts = np.flatnonzero(np.diff(job.targets.bead, prepend=-1)).tolist()
+    found = loss_ahead.loss_ahead(context_of(job), last_beads(firsts, len(job.targets)))
+    assert found.lost is None
+    assert found.not_cut == ()
