@@ -30,6 +30,7 @@ LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/ver
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_near_spherical_wrist.py"
 SURFACES = "slicing/surfaces/test_surfaces.py"
 CUTS = "cell/planning/test_bead_cut.py"
+LOSS_AHEAD = "cell/planning/test_loss_ahead.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
@@ -346,6 +347,15 @@ MUTANTS = (
     Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector % max(len(blocked), 1)", (CUTS,)),
     Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut)\n", "", (CUTS,)),
     Mutant("cell/planning/infeasible_part.py", "        self.spent += spent\n        if not bead.whole:", "        if not bead.whole:\n            self.spent += spent", (CUTS,)),
+    Mutant("cell/planning/part_plan.py", "        return self.loss_ahead.lost is not None\n", "        return False\n", (LOSS_AHEAD,)),
+    Mutant("cell/planning/part_plan.py", "return plan_runs(context, [replace(run, last=()) for run in runs], planned, progress)", "pass", (LOSS_AHEAD,)),
+    Mutant("cell/planning/part_plan.py", "        found = [run.with_bead(ahead) if run.has(ahead) else run for run in found]\n", "", (LOSS_AHEAD,)),
+    Mutant("cell/planning/part_plan.py", "return replace(bead, open=frozenset([bead.first]))", "return bead", (LOSS_AHEAD,)),
+    Mutant("cell/planning/part_plan.py", "if self.run.begun is not None or self.judge.every:", "if self.run.begun is not None:", (LOSS_AHEAD,)),
+    Mutant("cell/planning/loss_ahead.py", "if search.run() is not None:", "if False:", (LOSS_AHEAD, CUTS)),
+    Mutant("cell/planning/travels/straight_travels.py", "of[found.distance < 2 * context.settings.clearance]", "of[found.distance < 3 * context.settings.clearance]", (LOSS_AHEAD,)),
+    Mutant("cell/part_chunks/chunked_plan.py", "                bead = replace(bead, open=frozenset([bead.first]))\n", "                pass\n", (LOSS_AHEAD,)),
+    Mutant("cell/planning/collision_free_rolls.py", "hides &= (known.room[:-1] < 0) & (known.room[1:] < 0)", "hides[:] = False", (CUTS,)),
     Mutant("cell/planning/blocking_layers.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_blocking_layers.py",)),
     Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),
     # what the README promises of rows, layers, programs, remedies and logs

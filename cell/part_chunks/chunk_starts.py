@@ -16,10 +16,11 @@ import numpy as np
 
 from ik.chain import Floats
 
+from ..planning.bead_runs import BeadRun, KnownBead
 from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
 from ..planning.edges.edge_check import UNLIMITED_SPEED
-from ..planning.part_plan import BeadRun, KnownBead, known_bead
+from ..planning.part_plan import known_bead
 from .chunking import Chunk
 
 TRIED_TOGETHER = 8  # configurations at a time

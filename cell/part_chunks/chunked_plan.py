@@ -17,9 +17,11 @@ from dataclasses import dataclass, replace
 from ..failure import Failure
 from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import reduced_budget
+from ..planning.bead_runs import BeadRun, PartPlan, PlannedRun
 from ..planning.context import Context
 from ..planning.edges.edge_check import Stretch
-from ..planning.part_plan import BeadRun, PartPlan, PlannedRun, plan_part, plan_run, plan_runs, travel_failure
+from ..planning.loss_ahead import last_beads
+from ..planning.part_plan import plan_part, plan_run, plan_runs, travel_failure
 from ..planning.travels.home import FoundHomeTravels, search_home_travels
 from ..planning.travels.travel import TravelPath
 from ..processes.work_round import Aside, Task
@@ -56,8 +58,8 @@ class _BesidePlanning(Aside):
     def __init__(self, shared: Shared, chunks: Sequence[Chunk], meanwhile: Callable[[], object] | None) -> None:
         self.ahead, self._worth_it = RunsAhead(shared), False
         self._context, self._chunks, self._meanwhile = shared.context, chunks, meanwhile
-        share, start = 1 / len(chunks), shared.context.span.start
-        self.runs = [BeadRun(chunk.firsts, chunk.stop, start, None, True, share) for chunk in chunks]
+        share, start, last = 1 / len(chunks), shared.context.span.start, last_beads(chunks[-1].firsts, chunks[-1].stop)
+        self.runs = [BeadRun(chunk.firsts, chunk.stop, start, None, True, share, last=last) for chunk in chunks]
 
     def __call__(self) -> None:
         known, q_before = beginnings(self._context, self._chunks)
@@ -137,6 +139,10 @@ def _joined(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBe
     return join_to(reduced_budget(shared.context), *ends)
 
 
+def _joined_straight(shared: Shared, ends: tuple[Stretch, BeadPlan], _: Tick) -> JoinedBead:
+    return join_to(shared.context, *ends, straight=True)
+
+
 class _Joining:
     """Chunks made one plan."""
 
@@ -147,6 +153,8 @@ class _Joining:
         self.travel_failures: dict[int, Failure] = {}
         self.joins: list[int] = []  # the first bead of each chunk after the first that is to be led to
         self.chunk: dict[int, int] = {}  # the chunks that they begin
+        lost = not all(bead.whole for plan in plans for bead in plan.beads)
+        self.straight = lost and not self.context.settings.every_target  # travels that are looked for alone
         for n, plan in enumerate(plans):
             if plan.stretches and any(bead.stretches for bead in self.beads):
                 plan = turned_to_chunk_before(self.context, self._before(len(self.beads)), plan)
@@ -173,8 +181,9 @@ class _Joining:
         joins = {k: self.ahead.join_of(self.chunk[k], befores[k], self.beads[k]) for k in self.joins}
         open_ = [k for k, join in joins.items() if join is None]
         ends = [(befores[k], self.beads[k]) for k in open_]
+        joined = _joined_straight if self.straight else _joined
         aside = search_travels if goes_home and home is None else None
-        joins.update(zip(open_, self.workers.run(_joined, self.shared, ends, meanwhile=aside), strict=True))
+        joins.update(zip(open_, self.workers.run(joined, self.shared, ends, meanwhile=aside), strict=True))
         reduced = reduced_budget(self.context)
         for k, join in joins.items():
             # one that led on from another end is found once more
@@ -209,13 +218,15 @@ class _Joining:
                 k += 1
                 continue
             last = self._before(k)
-            join = join or join_to(context, last, bead)
+            join = join or join_to(context, last, bead, straight=self.straight)
             self.travel_failures.pop(bead.first, None)
             self.travels.pop(bead.first, None)
             if isinstance(join.way, Failure):
                 self.travel_failures[bead.first] = travel_failure(join.way, last, bead.first)
-            else:
+            elif join.way is not None:
                 self.travels[bead.first] = join.way
+            else:
+                bead = replace(bead, open=frozenset([bead.first]))
             new = join.bead or bead
             self.beads[k] = new
             if same_end(new, bead):

@@ -18,7 +18,7 @@ from ..failure import Failure
 from ..motion.deposition_speed import too_slow
 from ..motion.motion import Motion
 from ..planning.assemble import RunBeads, assemble
-from ..planning.part_plan import PartPlan
+from ..planning.bead_runs import PartPlan
 from ..planning.travels.home import HomeTravels
 from ..processes.work_round import Aside
 from ..processes.worker import Tick

@@ -21,9 +21,10 @@ from ik.chain import Floats
 from ..failure import Failure
 from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import travel_to
+from ..planning.bead_runs import PartPlan
 from ..planning.context import Context
 from ..planning.edges.edge_check import Stretch
-from ..planning.part_plan import PartPlan
+from ..planning.travels.straight_travels import straight_travel
 from ..planning.travels.travel import TravelPath
 
 
@@ -33,11 +34,11 @@ class JoinedBead:
 
     Attributes:
         bead: as it is run; None where that is as it was planned.
-        way: the travel to it, or why there is none.
+        way: the travel to it, or why there is none; None where no straight one is free and no other was searched.
     """
 
     bead: BeadPlan | None
-    way: TravelPath | Failure
+    way: TravelPath | Failure | None
 
 
 def turned_to_chunk_before(context: Context, last: Stretch, plan: PartPlan) -> PartPlan:
@@ -80,17 +81,20 @@ def _turned(plan: PartPlan, turn: Floats) -> PartPlan:
     return PartPlan(beads, tuple(map(way, plan.travels)), plan.travel_failures)
 
 
-def join_to(context: Context, last: Stretch, bead: BeadPlan) -> JoinedBead:
+def join_to(context: Context, last: Stretch, bead: BeadPlan, *, straight: bool = False) -> JoinedBead:
     """Lead from what was welded last to a bead that is whole.
 
     Args:
         context: what the bead was planned with.
         last: what was welded last.
         bead: planned from another beginning.
+        straight: whether a straight travel alone is wanted: of a part that is lost.
 
     Returns:
         The bead, if it had to be planned anew, and the way to it or why there is none.
     """
+    if straight:
+        return JoinedBead(None, straight_travel(context, last, bead.stretches[0]))
     found, way = travel_to(context, last, bead)
     stays = isinstance(way, Failure) or (same_beginning(found, bead) and same_end(found, bead))
     return JoinedBead(None if stays else found, way)

@@ -19,8 +19,8 @@ from ..failure import Failure
 from ..planning.assemble import RunBeads
 from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import reduced_budget
+from ..planning.bead_runs import PartPlan, PlannedRun
 from ..planning.edges.edge_check import Stretch
-from ..planning.part_plan import PartPlan, PlannedRun
 from ..planning.travels.home import FoundHomeTravels, HomeTravels, search_home_travels
 from ..processes.work_round import Task
 from ..processes.worker import Tick
@@ -49,7 +49,7 @@ class _PlannedChunk:
         """What is run if its first bead follows as it was planned; None where that does not."""
         ways, before = self.plan.travels, None
         if self.before is not None and join is not None:
-            if join.bead is not None or isinstance(join.way, Failure):
+            if join.bead is not None or join.way is None or isinstance(join.way, Failure):
                 return None
             ways, before = (join.way, *ways), (self.before.first, self.before.stop - 1)
         return RunBeads(tuple(self.plan.stretches), ways, before, self.home)

@@ -69,9 +69,7 @@ class BeadCut:
     stop: int
 
 
-def cut_bead(
-    context: Context, first: int, stop: int, near: Iterable[tuple[int, int]] = (), *, closely: bool = True
-) -> BeadPlan | None:
+def cut_bead(context: Context, first: int, stop: int, near: Iterable[tuple[int, int]] = ()) -> BeadPlan | None:
     """A bead that is cut, as what is known of it by then: why no way leads on there; the rest is left open.
 
     Args:
@@ -79,12 +77,11 @@ def cut_bead(
         first: the bead's first target.
         stop: one past its last.
         near: see :func:`find_cut`.
-        closely: see :func:`find_cut`.
 
     Returns:
         The plan; None where no cut was found.
     """
-    cut = find_cut(context, first, stop, near, closely=closely)
+    cut = find_cut(context, first, stop, near)
     if cut is None:
         return None
     to = cut.stop - 1
@@ -111,9 +108,7 @@ def may_be_cut(context: Context, first: int, stop: int) -> bool:
     return rest and stop - first > 1 and not np.ptp(context.deposits_before[first:stop])
 
 
-def find_cut(
-    context: Context, first: int, stop: int, near: Iterable[tuple[int, int]] = (), *, closely: bool = True
-) -> BeadCut | None:
+def find_cut(context: Context, first: int, stop: int, near: Iterable[tuple[int, int]] = ()) -> BeadCut | None:
     """Where a bead is cut.
 
     Args:
@@ -121,7 +116,6 @@ def find_cut(
         first: the bead's first target.
         stop: one past its last.
         near: pairs of its targets, counted from its first, between which it may be cut; anywhere where left out.
-        closely: whether it is looked for more than one pair of neighbouring places at which all branches are cut.
 
     Returns:
         The shortest stretch that was found; None where the bead may be whole, or a search in full costs little.
@@ -131,12 +125,12 @@ def find_cut(
     search = _CutSearch(context, first, stop)
     ends: list[tuple[int, int]] = []
     left = set(range(BRANCHES))
-    for places in search.begun_at(list(near), left, closely=closely):
+    for places in search.begun_at(list(near), left):
         while left:
             search.look(places, left)
             found = {g: cut for g in left if (cut := search.cut(places, g)) is not None}
             ends += found.values()
-            left -= found.keys()
+            left.difference_update(found)
             finer = search.refined(places, left)
             if finer is None or len(finer) > MOST_PLACES:
                 break
@@ -163,14 +157,14 @@ class _CutSearch:
         self._known: dict[int, KnownRolls] = {}  # by place, sorted by branch and roll
         self._blocked: dict[tuple[int, int], tuple[Ints, Floats]] = {}
 
-    def begun_at(self, near: Sequence[tuple[int, int]], branches: set[int], *, closely: bool) -> Iterator[list[int]]:
+    def begun_at(self, near: Sequence[tuple[int, int]], branches: set[int]) -> Iterator[list[int]]:
         """Places to begin with, a few at a time: two neighbours that seem apart, then more around them."""
         at = self._stations
         for a, b in near[:MOST_NEAR] or [(0, len(self.place) - 1)]:
             pair = self._narrowed(int(self.place[a]), int(self.place[b]), branches)
-            if pair is not None and (closely or len(self._apart(pair, pair + 1, branches)) == len(branches)):
+            if pair is not None:
                 yield [pair, pair + 1]
-            if not branches or not closely:
+            if not branches:
                 return
             low, high = np.searchsorted(at, a, "right") - 1 - AROUND, np.searchsorted(at, b) + AROUND
             some = [a, b, *at[max(low, 0) : high + 1].tolist()]
@@ -208,7 +202,8 @@ class _CutSearch:
         rolls = np.unique(np.append(self.sampled, _between_samples(self.context, new, self.step)))
         grid = np.meshgrid(new, np.array(sorted(branches)), rolls, indexing="ij")
         target, branch, roll = (x.ravel() for x in grid)
-        known = with_rolls_between(self.context, checked_rolls(self.context, target, roll, branch))
+        looked = checked_rolls(self.context, target, roll, branch)
+        known = with_rolls_between(self.context, looked, beside_free=False)
         self._known.update({int(i): known.rows(known.target == i) for i in new})
 
     def cut(self, places: Sequence[int], branch: int) -> tuple[int, int] | None:

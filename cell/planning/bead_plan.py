@@ -11,8 +11,9 @@ its beginning elsewhere: in another configuration or at another roll. Metres, ra
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -56,20 +57,41 @@ def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = (
     return bead, False
 
 
-def travel_to(context: Context, last: Stretch, bead: BeadPlan) -> tuple[BeadPlan, TravelPath | Failure]:
-    """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it."""
+def travel_to(
+    context: Context, last: Stretch, bead: BeadPlan, may_search: Callable[[], bool] | None = None
+) -> tuple[BeadPlan, TravelPath | Failure]:
+    """The travel to a bead that is whole; the bead begins elsewhere if that is the only way to reach it.
+
+    Args:
+        context: what the search needs.
+        last: what is welded before.
+        bead: the bead.
+        may_search: asked once, before any way round is searched: whether it may be. Where not, no other beginning of
+            the bead is tried either.
+
+    Returns:
+        The bead with the travel, or with why there is none.
+    """
     deposits_laid = int(context.laid[last.stop - 1])  # the layer under the torch counts as laid
     avoid: list[Floats] = []
     tried = bead
     failed: Failure | None = None
+    may = cache(may_search or (lambda: True))  # asked once
+    refused = False
+
+    def may_now() -> bool:
+        nonlocal refused
+        refused = not may()
+        return not refused
+
     while True:
         start = tried.stretches[0]
-        way = travel(context, last, start, deposits_laid)
+        way = travel(context, last, start, deposits_laid, may_now)
         if not isinstance(way, Failure):
             return replace(tried, stretches=(turned_to_travel_end(start, way),)), way
         failed = failed or way
         avoid.append(start.q_targets[0])
-        if len(avoid) == BEGINNINGS or _cannot_leave(way):
+        if refused or len(avoid) == BEGINNINGS or _cannot_leave(way):
             return bead, failed
         tried = searched_again(context, bead, Ends(last.q_targets[-1], avoid))
         tried, _ = that_can_leave(context, tried, avoid)

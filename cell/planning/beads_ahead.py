@@ -33,7 +33,7 @@ from .travels.straight_travels import BeadGap, straight_travels
 from .travels.travel import TravelPath
 
 TOGETHER = 1500  # targets that are looked ahead
-MISSES = 2  # beads one after the other that are not found so, until nothing more is searched ahead
+MISSES = 2  # usual limit of beads one after the other that are not found so
 STATIONS_TOGETHER = 400  # targets of beads whose stations are worked out at a time
 WASTED = 2 * TOGETHER  # targets searched ahead without use, until nothing more is
 
@@ -67,6 +67,7 @@ class BeadsAhead:
         """
         self._context = context
         self._whole_span = firsts[:1] == (context.span.first,) and stop == context.span.stop
+        self._not_straight: dict[int, BeadGap] = {}  # gaps that no straight travel was found across, by the same
         self._home: list[_KnownTravel] = []  # from the arm's home and back to it
         self._stops = dict(zip(firsts, [*firsts[1:], stop], strict=True))
         self._expected: dict[int, _ExpectedBead] = {}
@@ -75,6 +76,9 @@ class BeadsAhead:
         self._misses, self._wasted = 0, 0
         self._alone, self._pause = 0, 1  # beads found alone since nothing is searched ahead, and after how many it is
         self._vain: tuple[int, Floats | None, StationSearch] | None = None
+        self._nodes: dict[int, StationNodes] = {}  # of beads that have not been come to, by their first target
+        self.doubtful = False  # whether many travels are expected not to be straight
+        self.most_misses = MISSES  # beads one after the other that are not found so, until nothing more is searched
 
     def bead(self, first: int, q_before: Floats | None) -> BeadPlan | None:
         """A bead, if it is found at once.
@@ -86,7 +90,7 @@ class BeadsAhead:
         Returns:
             The whole bead, checked; None where it is to be planned by itself.
         """
-        worth_it = self._misses < MISSES and self._wasted < WASTED
+        worth_it = self._misses < self.most_misses and self._wasted < WASTED
         if not self._expected and worth_it and self.failed_search(first, q_before) is None:
             self._search(first, q_before)
         known = self._expected.pop(first, None)
@@ -100,11 +104,11 @@ class BeadsAhead:
 
     def found_alone(self) -> None:
         """A bead was found whole by itself. After some of these, beads are searched ahead again."""
-        if self._misses < MISSES:
+        if self._misses < self.most_misses:
             return
         self._alone += 1
         if self._alone >= self._pause:
-            self._alone, self._pause, self._misses = 0, 2 * self._pause, MISSES - 1
+            self._alone, self._pause, self._misses = 0, 2 * self._pause, self.most_misses - 1
 
     def can_leave(self, last: Stretch | None, bead: BeadPlan) -> bool:
         """Whether it is known that the torch can be drawn back from a bead: a travel leads on from it.
@@ -124,6 +128,16 @@ class BeadsAhead:
         if known is None or not bead.whole:
             return None
         return known.path if known.gap.end is last and known.gap.start is bead.stretches[0] else None
+
+    def no_straight_travel(self, last: Stretch, bead: BeadPlan) -> bool:
+        """Whether it is known that no straight travel as far out as the case asks for leads to a whole bead."""
+        gap = self._not_straight.get(bead.first)
+        return gap is not None and gap.end is last and gap.start is bead.stretches[0]
+
+    @property
+    def gaps_not_straight(self) -> int:
+        """How many gaps are known across which no such travel leads."""
+        return len(self._not_straight)
 
     def home_travels(self, beads: Sequence[BeadPlan]) -> tuple[TravelPath | None, TravelPath | None]:
         """The ways from home to the first bead and from the last one back, where they are known: found beside travels.
@@ -148,11 +162,13 @@ class BeadsAhead:
         gaps = [BeadGap(a, b, int(laid[a.stop - 1])) for a, b in pairwise(ends) if a is not None and b is not None]
         gaps += self._home_gaps()
         self._together = []
-        for gap, path in zip(gaps, straight_travels(self._context, gaps), strict=True):
+        for gap, path in zip(gaps, straight_travels(self._context, gaps, doubtful=self.doubtful), strict=True):
             if path is not None and gap.end is not None and gap.start is not None:
                 self._travels[gap.start.first] = _KnownTravel(gap, path)
             elif path is not None:
                 self._home.append(_KnownTravel(gap, path))
+            elif gap.end is not None and gap.start is not None:
+                self._not_straight[gap.start.first] = gap
 
     def _home_gaps(self) -> list[BeadGap]:
         """Between the arm's home and beads that were searched together, where they are all of a span."""
@@ -181,11 +197,13 @@ class BeadsAhead:
         """Search beads from one on, each from the end of the one before, and check them together."""
         context, paths = self._context, []
         begun, step, beads = first, context.settings.roll_step, self._beads_from(first)
+        self._nodes = {at: nodes for at, nodes in self._nodes.items() if at >= first}
         come_from = q_before
         searched: Iterable[tuple[SearchedBead, StationNodes]] = self._with_nodes(beads)
         if q_before is None and len(beads) > 1:
             nodes = StationNodes.of_each(beads, step)
             come_from, searched = self._suited_beginning(beads, nodes), zip(beads, nodes, strict=True)
+            self._nodes = {bead.first: known for bead, known in zip(beads, nodes, strict=True)}
         for bead, known in searched:
             self._wasted += len(bead)  # until it is given out
             search = StationSearch(bead, step, Ends(come_from), nodes=known)
@@ -231,13 +249,14 @@ class BeadsAhead:
         return None if np.isnan(q).any() else q
 
     def _with_nodes(self, beads: list[SearchedBead]) -> Iterator[tuple[SearchedBead, StationNodes]]:
-        """Beads with the nodes of their stations, which are worked out for some of them at a time."""
-        some: list[SearchedBead] = []
-        for bead in beads:
-            some.append(bead)
-            if bead is beads[-1] or sum(map(len, some)) >= STATIONS_TOGETHER:
-                yield from zip(some, StationNodes.of_each(some, self._context.settings.roll_step), strict=True)
-                some = []
+        """Beads with the nodes of their stations, which are worked out for some of them at a time, and once."""
+        for k, bead in enumerate(beads):
+            if bead.first not in self._nodes:
+                ends = np.cumsum([len(other) for other in beads[k:]])
+                some = beads[k : k + int(np.searchsorted(ends, STATIONS_TOGETHER)) + 1]
+                nodes = StationNodes.of_each(some, self._context.settings.roll_step)
+                self._nodes.update({one.first: known for one, known in zip(some, nodes, strict=True)})
+            yield bead, self._nodes[bead.first]
 
     def _beads_from(self, first: int) -> list[SearchedBead]:
         """Beads from one on that are searched together."""

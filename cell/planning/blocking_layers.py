@@ -21,12 +21,12 @@ from ..arrays import Ints
 from ..failure import Failure, Kind, LaidLayer
 from .bead_outcome import BeadPlan
 from .bead_plan import plan_bead
+from .bead_runs import PartPlan
 from .bead_search import BeadSearch
 from .configurations import nodes_at_rolls
 from .context import Context
 from .edges.edge_check import SearchedBead
 from .infeasible_part import full_work
-from .part_plan import PartPlan
 from .travels.travel import travel
 
 if TYPE_CHECKING:

@@ -158,18 +158,23 @@ def _searched(
     return with_rolls_between(context, known, until_free=until_free)
 
 
-def with_rolls_between(context: Context, known: KnownRolls, *, until_free: bool = False) -> KnownRolls:
+def with_rolls_between(
+    context: Context, known: KnownRolls, *, until_free: bool = False, beside_free: bool = True
+) -> KnownRolls:
     """The same with all that has to be checked between these rolls: nothing free hides between any two of them.
 
     Args:
         context: the arm and the cell.
         known: rolls that were checked.
         until_free: whether no more is checked of targets that are free at a roll.
+        beside_free: whether it is checked how far what is free reaches, beyond the last roll at which it was found so.
     """
     while context.solver.form is not None:
         hides = _may_hide(context, known)
         if until_free:
             hides &= ~np.isin(known.target[:-1], known.free_targets())
+        if not beside_free:
+            hides &= (known.room[:-1] < 0) & (known.room[1:] < 0)
         at = np.flatnonzero(hides)
         if not len(at):
             break

@@ -14,7 +14,9 @@ Beyond the budget, a bead of a part that is not known to be lost is postponed: `
 ``cell.planning.part_plan`` comes back to it if nothing else is lost: first to see whether it is cut (``bead_cut``),
 then to search it in full. So is a bead that the quick search does not find and whose full search the budget does not
 allow. In a part that is lost, such a bead is lost as soon as one of its targets is proved out of reach, or is free at
-no roll; a few others are checked with it, and the rest is left open: neither feasible nor infeasible.
+no roll; a few others are checked with it, and the rest is left open: neither feasible nor infeasible. Of a large part
+that is lost, beads are passed over, and left open, behind those that came out neither whole nor with a lost target: one
+behind the first of these, and twice as many behind each that follows.
 
 Metres and radians.
 """
@@ -45,9 +47,10 @@ PER_TARGET = 1  # and for each of its targets
 EASY = 5  # configurations that a target of a bead that comes out whole may take; what it takes beyond is charged
 TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in full
 TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
-LOOKED_AT = 3  # postponed beads of which it is looked whether they are cut, before any is searched in full
-LOOKED_AT_CLOSELY = 2  # of these
+LOOKED_AT = 3  # last beads of a part, or of those postponed, of which some may be looked at whether they are cut
+LOOKED_AT_CLOSELY = 2  # of these, before any bead is searched in full
 FEW, TOGETHER = 4, 48  # targets judged in one go, at least and at most
+TRAVEL_WORK = 4000  # configurations that a way round is searched with, about
 BLOCK = 256  # targets evaluated together
 
 
@@ -110,6 +113,7 @@ class InfeasiblePartJudge:
         self.context, self.every = context, context.settings.every_target
         self.first = first
         self.full_searches = full_searches
+        self._passed, self._pass_next = 0, 0  # beads left open in a row since one was searched, and how many next
         self.go_on(Judged())
         self._judged_alone = 1  # targets, and what they cost
         self._work_alone = float(BRANCHES if context.window.is_fixed else TARGET_WORK)
@@ -136,10 +140,18 @@ class InfeasiblePartJudge:
         """Whether the budget allows to search a bead in full."""
         return full_work(self.context, stop - first) <= self.left(stop)
 
+    def affords_travel(self, stop: int) -> bool:
+        """Whether the budget allows to search a way round to a bead that ends before a target."""
+        return self.left(stop) >= TRAVEL_WORK
+
     def charge(self, before: float) -> None:
         """Count what has been asked since the context's counter stood at ``before`` without a result."""
-        self.spent += self.context.work - before
+        self.spend(before)
         self.lost = True
+
+    def spend(self, before: float) -> None:
+        """Count what has been asked since the context's counter stood at ``before``."""
+        self.spent += self.context.work - before
 
     def knows(self, bead: BeadPlan, spent: float) -> None:
         """Go on after a bead that was planned elsewhere, with what is to be charged for it."""
@@ -202,6 +214,8 @@ class InfeasiblePartJudge:
             if not target_failures and not self.lost:
                 self._postpone(first, stop, None)
                 return None
+            if not target_failures and self._passes():
+                return lost_bead(first, stop, {})
             target_failures.update(self._judged(suspects, first, stop, before) if not target_failures else {})
             if target_failures or self.left(stop) < 0:
                 target_failures.update(self._judged(_spread(first, stop), first, stop, before, target_failures))
@@ -210,10 +224,12 @@ class InfeasiblePartJudge:
         search: StationSearch | None = None
         if StationSearch.suits(bead):
             search = vain or StationSearch(bead, self.context.settings.roll_step, Ends(q_before))
-            stretch = search.run() if vain is None else None
+            most = self.left(stop) if self.lost and self.floor < FLOOR else np.inf
+            stretch = search.run(most) if vain is None else None
             if stretch is not None:
+                self._pass_next = 0
                 return BeadPlan(first, stop, (stretch,), {}, {})
-            suspects += [first + int(i) for i in _most_hit(search)]
+            suspects += [first + int(i) for i in most_hit(search)]
         target_failures = {}
         if not self.lost:  # of a lost part it is known by here that none is out of reach
             some = list(dict.fromkeys(suspects))[:TRIED_FIRST]
@@ -228,7 +244,16 @@ class InfeasiblePartJudge:
                 return in_full(self.left(stop)) if cut is None else cut
         order = [*suspects, *_spread(first, stop)]
         target_failures.update(self._judged(order, first, stop, before, target_failures))
+        self._pass_next = 0 if target_failures else max(2 * self._pass_next, 1)
+        self._passed = 0
         return lost_bead(first, stop, target_failures)
+
+    def _passes(self) -> bool:
+        """Whether a bead of a large part that is lost is left open: those before it were searched without a result."""
+        if not self.lost or self.floor >= FLOOR or self._passed >= self._pass_next:
+            return False
+        self._passed += 1
+        return True
 
     def _postpone(self, first: int, stop: int, search: StationSearch | None) -> None:
         """Note a bead to be come back to, with a search of it that found no way."""
@@ -268,32 +293,30 @@ def full_work(context: Context, targets: int) -> int:
 def first_cut_of(context: Context, beads: Sequence[DoubtfulBead], count: Callable[[], None]) -> BeadPlan | None:
     """One of some beads that is found to be cut, as what is known of it by then.
 
-    What is welded later has more in its way, so the last comes first. Where one look at each of LOOKED_AT finds none
-    that is cut, LOOKED_AT_CLOSELY of these are looked at closely, those of few targets first. It is no more than that,
-    for of beads that are hard but can be welded these looks find nothing, and they cost.
+    What is welded later has more in its way, so LOOKED_AT_CLOSELY of the last LOOKED_AT are looked at, those of few
+    targets first. It is no more than that, for of beads that are hard but can be welded these looks find nothing, and
+    they cost.
 
     Args:
         context: what the search needs.
         beads: which.
-        count: called for every bead.
+        count: called for every bead that is looked at.
 
     Returns:
         The first that is found; None where there is none.
     """
-    open_: list[DoubtfulBead] = []
-    for bead in beads[: -LOOKED_AT - 1 : -1]:
-        near, searched = bead.near or (), SearchedBead.of(context, bead.first, bead.stop)
+    last = sorted(beads[: -LOOKED_AT - 1 : -1], key=lambda bead: bead.stop - bead.first)
+    for bead in last[:LOOKED_AT_CLOSELY]:
+        near = bead.near or ()
         if bead.near is None and may_be_cut(context, bead.first, bead.stop):
+            searched = SearchedBead.of(context, bead.first, bead.stop)
             search = StationSearch(searched, context.settings.roll_step, Ends())
             near = () if search.run() is not None else tuple(search.cut_between())
-        cut = cut_bead(context, bead.first, bead.stop, near, closely=False) if near else None
+        cut = cut_bead(context, bead.first, bead.stop, near) if near else None
         count()
         if cut is not None:
             return cut
-        open_ += [replace(bead, near=near)] if near else []
-    open_.sort(key=lambda bead: bead.stop - bead.first)
-    cuts = (cut_bead(context, bead.first, bead.stop, bead.near or ()) for bead in open_[:LOOKED_AT_CLOSELY])
-    return next((cut for cut in cuts if cut is not None), None)
+    return None
 
 
 def lost_bead(first: int, stop: int, target_failures: dict[int, TargetFailure]) -> BeadPlan:
@@ -362,8 +385,15 @@ def _without_nodes(context: Context, some: Ints) -> dict[int, TargetFailure]:
     return {int(some[k]): lost for k, lost in found.items()}
 
 
-def _most_hit(search: StationSearch) -> Ints:
-    """Stations of a search without a result, as targets of the bead, those first at which most was found to collide."""
+def most_hit(search: StationSearch) -> Ints:
+    """Stations of a search without a result, as targets of the bead, those first at which most was found to collide.
+
+    Args:
+        search: the search.
+
+    Returns:
+        Targets counted from the bead's first, (s,).
+    """
     hits = (search.known == HIT).sum(axis=(1, 2))
     return search.at[np.argsort(-hits, kind="stable")]
 

@@ -10,7 +10,7 @@ How one bead is planned, and led to, is in ``cell.planning.bead_plan``. Metres, 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -22,42 +22,23 @@ from ..failure import Failure, FailurePlace, Where
 from ..progress import Progress, counted_progress
 from .bead_outcome import BeadPlan
 from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
+from .bead_runs import BeadRun, KnownBead, PartPlan, PlannedRun, PostponedRun
 from .beads_ahead import BeadsAhead
 from .context import Context
 from .edges.edge_check import Stretch
-from .infeasible_part import LOOKED_AT, DoubtfulBead, InfeasiblePartJudge, Judged, first_cut_of, lost_bead
-from .travels.travel import TravelPath, travel
+from .infeasible_part import (
+    LOOKED_AT,
+    LOOKED_AT_CLOSELY,
+    InfeasiblePartJudge,
+    first_cut_of,
+    lost_bead,
+)
+from .loss_ahead import LossAhead, last_beads, loss_ahead
+from .travels.straight_travels import straight_travel
+from .travels.travel import TravelPath
 
+NOT_STRAIGHT = 3  # gaps known to have no straight travel, until it is looked whether one of the last beads is lost
 RUNS_LOOKED_AT = 2  # in which it is looked whether a postponed bead is cut, one after the other
-HomePaths = tuple[TravelPath | None, TravelPath | None]  # from home to the first bead, and from the last one back
-
-
-@dataclass(frozen=True, eq=False)
-class PartPlan:
-    """What became of a part.
-
-    Attributes:
-        beads: in order.
-        travels: to each whole bead from the one before.
-        travel_failures: failures of travels, by the target that begins a bead to which none leads.
-        home: straight ways from home to the first bead and from the last one back, where they were found beside the
-            travels.
-    """
-
-    beads: tuple[BeadPlan, ...]
-    travels: tuple[TravelPath, ...]
-    travel_failures: dict[int, Failure]
-    home: HomePaths = (None, None)
-
-    @property
-    def whole(self) -> bool:
-        """Whether all of it can be run through."""
-        return not self.travel_failures and all(bead.whole for bead in self.beads)
-
-    @property
-    def stretches(self) -> list[Stretch]:
-        """All that can be run through, in order."""
-        return [stretch for bead in self.beads for stretch in bead.stretches]
 
 
 def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None = None) -> PartPlan:
@@ -77,97 +58,8 @@ def plan_part(context: Context, bead_of_target: Ints, progress: Progress | None 
     def planned(runs: Sequence[BeadRun], count: Callable[[], None]) -> list[PlannedRun]:
         return [plan_run(context, run, count) for run in runs]
 
-    return plan_runs(context, [BeadRun(tuple(firsts), span.stop, span.start)], planned, progress)[0]
-
-
-@dataclass(frozen=True, eq=False)
-class KnownBead:
-    """A bead that is planned before the run that it belongs to.
-
-    Attributes:
-        bead: its plan.
-        spent: configurations that are charged for it.
-    """
-
-    bead: BeadPlan
-    spent: float
-
-
-@dataclass(frozen=True, eq=False)
-class PostponedRun:
-    """A run up to its first postponed bead.
-
-    Attributes:
-        plan: of the beads before it.
-        judged: what was spent on these, and what was learned.
-    """
-
-    plan: PartPlan
-    judged: Judged
-
-
-@dataclass(frozen=True, eq=False)
-class BeadRun:
-    """Beads to be planned one after the other.
-
-    Attributes:
-        firsts: first target of each.
-        stop: one past the last target of the last.
-        q_before: where the arm comes from, (j,), rad, or None.
-        known: the first of them, where it is planned already.
-        reduced: whether travels are searched with few attempts from the beginning.
-        share: of what the whole part may cost where it is lost.
-        begun: where to go on; None: at the first bead.
-        full_searches: how many postponed beads may be searched in full, from there on.
-        lost: whether the part is known to be lost.
-    """
-
-    firsts: tuple[int, ...]
-    stop: int
-    q_before: Floats | None
-    known: KnownBead | None = None
-    reduced: bool = False
-    share: float = 1.0
-    begun: PostponedRun | None = None
-    full_searches: int = 0
-    lost: bool = False
-
-    @property
-    def done(self) -> int:
-        """How many of the beads are planned already."""
-        return 0 if self.begun is None else len(self.begun.plan.beads)
-
-    @property
-    def beads_left(self) -> int:
-        """How many beads are to be planned."""
-        return len(self.firsts) - self.done
-
-    @property
-    def targets_left(self) -> int:
-        """How many targets these have."""
-        return self.stop - self.firsts[self.done]
-
-
-@dataclass(frozen=True, eq=False)
-class PlannedRun:
-    """What became of a run.
-
-    Attributes:
-        plan: of its beads; of a run that went on from a postponed one, up to the next.
-        lost: whether a bead is known not to come out whole.
-        postponed: the run up to the first bead that was postponed; None where none was.
-        doubtful: the beads that were postponed.
-    """
-
-    plan: PartPlan
-    lost: bool
-    postponed: PostponedRun | None
-    doubtful: tuple[DoubtfulBead, ...] = ()
-
-    def with_bead(self, bead: BeadPlan) -> PlannedRun:
-        """The same with a bead that is known to be lost in the place of one that was left open."""
-        beads = tuple(bead if bead.first == other.first else other for other in self.plan.beads)
-        return replace(self, plan=replace(self.plan, beads=beads), lost=True)
+    run = BeadRun(tuple(firsts), span.stop, span.start, last=last_beads(firsts, span.stop))
+    return plan_runs(context, [run], planned, progress)[0]
 
 
 def plan_runs(
@@ -191,6 +83,11 @@ def plan_runs(
     """
     with counted_progress(progress, "beads", sum(run.beads_left for run in runs)) as count:
         found = planned(runs, count)
+    ahead = next((run.ahead for run in found if run.ahead is not None), None)
+    if ahead is not None:
+        if any(bead.whole and bead.first == ahead.first for run in found for bead in run.plan.beads):
+            return plan_runs(context, [replace(run, last=()) for run in runs], planned, progress)  # it was not lost
+        found = [run.with_bead(ahead) if run.has(ahead) else run for run in found]
     postponed = _postponed(found)
     if not postponed or any(run.lost for run in found):
         return [run.plan for run in found]
@@ -213,10 +110,11 @@ def _with_a_cut(context: Context, found: Sequence[PlannedRun], progress: Progres
     """The same with one bead that is found to be cut: of the last runs, for what is laid last has most in its way."""
     out = list(found)
     some = [k for k, run in enumerate(found) if run.doubtful][: -RUNS_LOOKED_AT - 1 : -1]
-    looks = sum(min(len(found[k].doubtful), LOOKED_AT) for k in some)
-    with counted_progress(progress, "postponed beads", looks) as count:
-        for k in some:
-            cut = first_cut_of(context, found[k].doubtful, count)
+    known = {bead for run in found for bead in run.not_cut}
+    beads = [[b for b in found[k].doubtful[-LOOKED_AT:] if (b.first, b.stop) not in known] for k in some]
+    with counted_progress(progress, "postponed beads", sum(min(len(b), LOOKED_AT_CLOSELY) for b in beads)) as count:
+        for k, doubtful in zip(some, beads, strict=True):
+            cut = first_cut_of(context, doubtful, count)
             if cut is not None:
                 out[k] = found[k].with_bead(cut)
                 break
@@ -258,6 +156,7 @@ class _RunSearch:
         self.travels: list[TravelPath] = []
         self.travel_failures: dict[int, Failure] = {}
         self.postponed: PostponedRun | None = None
+        self.loss_ahead: LossAhead | None = None  # once it was looked for
         if run.begun is not None:
             plan = run.begun.plan
             self.beads, self.travels = list(plan.beads), list(plan.travels)
@@ -273,19 +172,23 @@ class _RunSearch:
         for first, stop in list(zip(self.run.firsts, stops, strict=True))[len(self.beads) :]:
             judged = self.judge.judged
             bead = self._bead(first, stop, last)
+            if bead is None and self._is_lost_ahead(first):
+                bead = lost_bead(first, stop, {})
             if bead is None:
                 self.postponed = self.postponed or PostponedRun(self._plan(), judged)
                 if self.run.begun is not None:
                     break
                 bead = lost_bead(first, stop, {})
-            if bead.whole and stop < self.context.span.stop and not self.ahead.can_leave(last, bead):
-                bead, _ = that_can_leave(self.context, bead)
+            if bead.whole and stop < self.context.span.stop and not self._can_leave(last, bead):
+                bead = self._that_can_leave(bead)
             if last is not None and bead.whole:
                 bead = self._led_to(bead, last)
             self.beads.append(bead)
             last = bead.stretches[-1] if bead.stretches else last
             count()
-        return PlannedRun(self._plan(), self.judge.lost, self.postponed, tuple(self.judge.doubtful))
+        doubtful = tuple(self.judge.doubtful)
+        ahead = self.loss_ahead or LossAhead()
+        return PlannedRun(self._plan(), self.judge.lost, self.postponed, doubtful, ahead.lost, ahead.not_cut)
 
     def _plan(self) -> PartPlan:
         home = self.ahead.home_travels(self.beads) if self.beads else (None, None)
@@ -296,7 +199,11 @@ class _RunSearch:
         if self.run.known is not None and self.run.known.bead.first == first:
             self.judge.knows(self.run.known.bead, self.run.known.spent)
             return self.run.known.bead
+        lost = None if self.loss_ahead is None else self.loss_ahead.lost
+        if lost is not None and lost.first == first:
+            return lost
         q_before = self.run.q_before if last is None else last.q_targets[-1]
+        self.ahead.doubtful = self._sparing
         found = self.ahead.bead(first, q_before)
         vain = self.ahead.failed_search(first, q_before)
         in_full = partial(plan_bead, self.context, first, stop, q_before, quickly=vain is None)
@@ -307,30 +214,82 @@ class _RunSearch:
             self.ahead.found_alone()  # behind what is lost there may be much that is not
         return bead
 
+    @property
+    def _sparing(self) -> bool:
+        """Whether what is planned now counts only where the part is lost."""
+        return self.judge.lost or self.postponed is not None
+
+    def _can_leave(self, last: Stretch | None, bead: BeadPlan) -> bool:
+        """Whether it is known that the torch can be drawn back from a whole bead."""
+        known = self.ahead.can_leave(last, bead)
+        if not known and not self._sparing and self.ahead.gaps_not_straight >= NOT_STRAIGHT:
+            self.ahead.doubtful = self._is_lost_ahead(bead.first)
+        return known
+
+    def _that_can_leave(self, bead: BeadPlan) -> BeadPlan:
+        """A whole bead, ended elsewhere if only so the torch can be drawn back from it."""
+        if not self._sparing:
+            return that_can_leave(self.context, bead)[0]
+        if not self.judge.affords_travel(bead.stop):
+            return bead
+        before = self.context.work
+        bead, _ = that_can_leave(self.context, bead)
+        self.judge.spend(before)
+        return bead
+
     def _led_to(self, bead: BeadPlan, last: Stretch) -> BeadPlan:
-        """A whole bead with the travel to it, or why there is none."""
-        # where the part is lost, what is still searched for is what to report
-        context, before, first = self.context, self.context.work, bead.first
-        reduced = self.run.reduced or self.postponed is not None
-        whole = not reduced and not self.travel_failures and all(bead.whole for bead in self.beads)
-        known = not self.beads[-1].open and self.judge.left(bead.stop) > 0
+        """A whole bead with the travel to it, or why there is none; left open where no way round may be searched."""
         straight = self.ahead.travel(last, bead)
-        way: TravelPath | Failure
         if straight is not None:
-            way = straight
-        elif whole or known:
-            bead, way = travel_to(context if whole else self.reduced, last, bead)
-        else:
-            way = travel(reduced_budget(context, to=1), last, bead.stretches[0], int(context.laid[last.stop - 1]))
+            self.travels.append(straight)
+            return bead
+        sparing, refused, first = self._sparing, False, bead.first
+        if sparing and (self.beads[-1].open or not self.judge.affords_travel(bead.stop)):
+            return self._led_straight_to(bead, last)
+        begun = self.context.work
+
+        def may_search() -> bool:
+            nonlocal begun, refused
+            before = self.context.work
+            refused = not sparing and self._is_lost_ahead(bead.first)
+            begun += self.context.work - before  # beads looked at ahead are charged to no travel
+            return not refused
+
+        # where the part is lost, what is still searched for is what to report
+        context = self.reduced if sparing or self.run.reduced else self.context
+        bead, way = travel_to(context, last, bead, may_search)
         if not isinstance(way, Failure):
+            if sparing:
+                self.judge.spend(begun)
             self.travels.append(way)
             return bead
-        if not reduced:
-            self.judge.charge(before)  # of a chunk's own beads it is not known yet that none is found
-        if not (whole or known):
+        if refused:
             return replace(bead, open=frozenset([first]))
+        if not self.run.reduced and self.postponed is None:
+            self.judge.charge(begun)  # of a chunk's own beads it is not known yet that none is found
+        elif sparing:
+            self.judge.spend(begun)
         self.travel_failures[first] = travel_failure(way, last, first)
         return bead
+
+    def _led_straight_to(self, bead: BeadPlan, last: Stretch) -> BeadPlan:
+        """A whole bead with a straight travel to it; left open where there is none."""
+        if not self.ahead.no_straight_travel(last, bead):
+            path = straight_travel(self.context, last, bead.stretches[0])
+            if path is not None:
+                self.travels.append(path)
+                return bead
+        return replace(bead, open=frozenset([bead.first]))
+
+    def _is_lost_ahead(self, first: int) -> bool:
+        """Whether one of the part's last beads, still to come after one, is found to be lost: looked for once."""
+        if self.run.begun is not None or self.judge.every:
+            return False  # they have been come to already, or are come to in any case
+        if self.loss_ahead is None:
+            self.loss_ahead = loss_ahead(self.context, tuple(some for some in self.run.last if some[0] > first))
+            if self.loss_ahead.lost is not None:
+                self.judge.lost, self.ahead.most_misses = True, 1  # what is like that bead is not found so either
+        return self.loss_ahead.lost is not None
 
 
 def known_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> KnownBead | None:

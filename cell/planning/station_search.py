@@ -93,18 +93,23 @@ class StationSearch:
         self._keep_off(self.at, self.q, self.cost)
         self.known = np.full(self.cost.shape, UNKNOWN)
         self.expected_cost = np.zeros(self.cost.shape)
+        self._most = np.inf  # work of the context at which it is given up
 
     @staticmethod
     def suits(bead: SearchedBead) -> bool:
         """Whether a bead is one for this search: two targets, and an arm with a closed form."""
         return bead.context.solver.form is not None and len(bead) > 1
 
-    def run(self) -> Stretch | None:
+    def run(self, most: float = np.inf) -> Stretch | None:
         """Search.
+
+        Args:
+            most: configurations that may be asked about, about, until it is given up.
 
         Returns:
             The whole bead, checked; None if that was not found.
         """
+        self._most = self.context.work + most
         for _ in range(ROUNDS):
             path = self.cheapest_path()
             if path is None:
@@ -210,6 +215,8 @@ class StationSearch:
         s = np.arange(len(self.at))
         free = 0
         for _ in range(PATHS_A_ROUND):
+            if self.context.work > self._most:
+                return None
             cost = (self.cost + self.expected_cost) * weight
             cost[0] += arriving
             if free == FREE_PATHS:  # what else may be clearer is not worth looking at

@@ -30,9 +30,9 @@ from ..part_chunks.chunked_run import PartRun, PlanToRun, run_in_chunks
 from ..part_chunks.chunking import USUAL, Chunking, Shared
 from ..part_chunks.least_values import LeastValue, least_margin, least_sigma, nearest_sample, samples_of
 from ..planning.assemble import RunBeads
+from ..planning.bead_runs import PartPlan
 from ..planning.blocking_layers import with_lockouts
 from ..planning.context import Context, Span
-from ..planning.part_plan import PartPlan
 from ..planning.travels.home import HomeTravels, SpanEnds, with_home
 from ..planning.travels.travel import STRAIGHT, straight_retracts
 from ..processes.worker_pool import processor_time

@@ -18,9 +18,9 @@ from ik.chain import Floats
 from ...failure import Failure, FailurePlace, Where
 from ..bead_outcome import BeadPlan
 from ..bead_plan import BEGINNINGS, REDUCED, searched_again
+from ..bead_runs import HomePaths, PartPlan
 from ..context import Context
 from ..edges.edge_check import Stretch
-from ..part_plan import HomePaths, PartPlan
 from ..station_search import Ends
 from .travel import TravelPath, travel, turned_to_travel_end
 

@@ -30,6 +30,7 @@ from .legs import end_legs, retract_legs
 from .rrt_connect import sampled
 from .travel import TravelPath
 
+FIRST_LOOK = 10  # every so many samples of a travel are checked before the others
 ENDS = 3  # samples of either end of a travel that are checked in any case
 WIRE_ROOM = 1e-9  # m: a wire that comes nearer to something is left to ``travel``
 
@@ -66,18 +67,21 @@ class _Route:
     deposits_laid: int
 
 
-def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelPath | None]:
+def straight_travels(context: Context, gaps: Sequence[BeadGap], *, doubtful: bool = False) -> list[TravelPath | None]:
     """The straight travels between beads.
 
     Args:
         context: what they were planned with.
         gaps: between which.
+        doubtful: whether many are not free: then a few samples of each are checked first.
 
     Returns:
         Samples (m, j) and their clearances of each, from where the one bead ends to where the other begins; None where
         it is not free with room at the first try.
     """
     settings, routes = context.settings, _routes(context, gaps)
+    if doubtful:
+        routes = _free_at_first_look(context, routes)
     found = _kept(
         context.checker, context, [(r.q, r.deposits_laid) for r in routes], 2 * settings.clearance, settings.kept
     )
@@ -89,6 +93,30 @@ def straight_travels(context: Context, gaps: Sequence[BeadGap]) -> list[TravelPa
     for (route, path), is_clear in zip(free, _wire_clear(context, [route for route, _ in free]), strict=True):
         paths[route.gap] = path if is_clear else None
     return paths
+
+
+def straight_travel(context: Context, end: Stretch, start: Stretch) -> TravelPath | None:
+    """The same between two beads.
+
+    Args:
+        context: what they were planned with.
+        end: what is welded last.
+        start: what is welded next.
+    """
+    gap = BeadGap(end, start, int(context.laid[end.stop - 1]))
+    return straight_travels(context, [gap], doubtful=True)[0]
+
+
+def _free_at_first_look(context: Context, routes: Sequence[_Route]) -> list[_Route]:
+    """Those of some ways that have room at every few samples."""
+    if not routes:
+        return []
+    some = [route.q[::FIRST_LOOK] for route in routes]
+    of = np.repeat(np.arange(len(some)), [len(q) for q in some])
+    laid = np.array([route.deposits_laid for route in routes])[of]
+    found = context.checker.clearances(np.concatenate(some), laid)
+    shut = np.unique(of[found.distance < 2 * context.settings.clearance])
+    return [route for k, route in enumerate(routes) if k not in shut]
 
 
 def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:

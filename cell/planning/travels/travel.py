@@ -11,7 +11,7 @@ as far as it is, and the way round begins there. Metres, radians, seconds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
@@ -70,7 +70,13 @@ class TravelPath(NamedTuple):
         return Clearances(self.low, self.clearances.pair, self.clearances.position)
 
 
-def travel(context: Context, end: Stretch | None, start: Stretch | None, deposits_laid: int) -> TravelPath | Failure:
+def travel(
+    context: Context,
+    end: Stretch | None,
+    start: Stretch | None,
+    deposits_laid: int,
+    may_search: Callable[[], bool] | None = None,
+) -> TravelPath | Failure:
     """From the end of one bead to the start of the next: out along the normal, across, in again.
 
     Args:
@@ -78,13 +84,14 @@ def travel(context: Context, end: Stretch | None, start: Stretch | None, deposit
         end: what was welded last; None where the arm comes from its home.
         start: what is welded next; None where it goes home.
         deposits_laid: deposits laid by then.
+        may_search: asked before a way round is searched, where no straight one is free: whether it may be.
 
     Returns:
-        Samples (m, j) and their clearances; or why there is no way. It ends where ``start`` begins, or
-        whole turns of joints from there by which :func:`turned_to_travel_end` can turn all of it; from home it always
-        ends where it begins.
+        Samples (m, j) and their clearances; or why there is no way, or no straight one. It ends where ``start``
+        begins, or whole turns of joints from there by which :func:`turned_to_travel_end` can turn all of it; from home
+        it always ends where it begins.
     """
-    return _TravelSearch(context, end, start, deposits_laid).search()
+    return _TravelSearch(context, end, start, deposits_laid).search(may_search)
 
 
 def turned_to_travel_end(start: Stretch, path: TravelPath) -> Stretch:
@@ -133,7 +140,7 @@ class _TravelSearch:
         self.failure: Failure | None = None
         self.wire = context.wire
 
-    def search(self) -> TravelPath | Failure:
+    def search(self, may_search: Callable[[], bool] | None = None) -> TravelPath | Failure:
         """The first free path with enough room, cheap ones first; if none has enough, the one with most room."""
         clearest: TravelPath | None = None
         leaves: list[Leg] = []
@@ -165,6 +172,8 @@ class _TravelSearch:
                 path = self._straight(*shorter)
                 if path is not None:
                     return path
+        if may_search is not None and not may_search():
+            return self._failed()
         turns = [np.zeros(out[0].shape[1])]
         if self.end is not None and self.start is not None:
             turns = _turns(self.context, self.start, back)

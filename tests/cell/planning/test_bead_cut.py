@@ -17,9 +17,10 @@ from cell.job.job import Job
 from cell.planning import bead_plan, infeasible_part, part_plan
 from cell.planning.bead_cut import find_cut, roll_sectors
 from cell.planning.bead_plan import plan_bead
+from cell.planning.bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
 from cell.planning.context import Context
 from cell.planning.infeasible_part import DoubtfulBead, InfeasiblePartJudge, Judged, lost_alone
-from cell.planning.part_plan import BeadPlan, BeadRun, PartPlan, PlannedRun, PostponedRun, plan_runs
+from cell.planning.part_plan import BeadPlan, plan_runs
 from cell.rigid import frames
 from cell.scene.scene import table_angles
 from cell.verdict.check import check_fixed
@@ -177,10 +178,8 @@ def test_a_part_is_lost_by_a_bead_that_is_cut_without_a_search_in_full(walled, m
 
 def test_few_postponed_beads_are_looked_at_before_any_is_searched(boss, monkeypatch):
     """Of beads that are hard but can be welded all looks are in vain."""
-    looked: list[tuple[int, bool]] = []
-    monkeypatch.setattr(
-        infeasible_part, "cut_bead", lambda _, first, *__, closely=True: looked.append((first, closely))
-    )
+    looked: list[int] = []
+    monkeypatch.setattr(infeasible_part, "cut_bead", lambda _, first, *__: looked.append(first))
     beads = [DoubtfulBead(10 * k, 10 * k + 9 - k % 2, ((0, 5),)) for k in range(8)]
     run = BeadRun(tuple(bead.first for bead in beads), 80, None)
     postponed = PostponedRun(PartPlan((), (), {}), Judged())
@@ -192,9 +191,8 @@ def test_few_postponed_beads_are_looked_at_before_any_is_searched(boss, monkeypa
         return [PlannedRun(PartPlan((), (), {}), False, postponed if first else None, tuple(beads)) for _ in some]
 
     plan_runs(boss, [run, run, run], planned)
-    assert rounds == [0, 10]  # all looks come between the first round and the search in full
-    of_one = [(70, False), (60, False), (50, False), (70, True), (50, True)]
-    assert looked == of_one + of_one
+    assert rounds == [0, 4]  # all looks come between the first round and the search in full
+    assert looked == [70, 50, 70, 50]  # of the last three the two of fewest targets, in the last two runs
 
 
 def test_a_bead_that_is_cut_is_searched_at_no_finer_rolls(walled, monkeypatch):

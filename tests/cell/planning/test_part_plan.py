@@ -15,10 +15,11 @@ from cell.part_chunks.chunked_plan import plan_in_chunks
 from cell.part_chunks.chunking import Chunking, Shared
 from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
+from cell.planning.bead_runs import BeadRun, KnownBead, PartPlan, PlannedRun, PostponedRun
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
 from cell.planning.infeasible_part import Judged
-from cell.planning.part_plan import BeadRun, KnownBead, PartPlan, PlannedRun, PostponedRun, plan_part, plan_runs
+from cell.planning.part_plan import plan_part, plan_runs
 from cell.planning.station_search import StationSearch
 from ik.chain import Floats
 

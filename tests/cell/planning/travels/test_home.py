@@ -101,7 +101,9 @@ def test_a_way_to_a_bead_that_has_changed_is_searched_again(folder: Path, monkey
     assert ahead.home_travels(beads) == (None, None)
     asked: list[BeadGap] = []
     monkeypatch.setattr(
-        beads_ahead, "straight_travels", lambda of, gaps: asked.extend(gaps) or straight_travels(of, gaps)
+        beads_ahead,
+        "straight_travels",
+        lambda of, gaps, **more: asked.extend(gaps) or straight_travels(of, gaps, **more),
     )
     assert ahead.can_leave(None, beads[0])
     # on the way back all of the part stands there
