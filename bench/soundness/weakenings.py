@@ -285,7 +285,7 @@ MUTANTS = (
     Mutant("cell/programs/krl/data.py", "if name not in STANDARD:", "if False:", (INNER,)),
     Mutant("cell/programs/krl/execution.py", "if any(True for of in _expressions_of(one) for _ in calls_of(of)):", "if False:", (INNER,)),
     Mutant("cell/programs/krl/line_forms.py", "    if names:\n        yield Statement(\"inner\"", "    if not names:\n        yield Statement(\"inner\"", (INNER,)),
-    Mutant("cell/programs/krl/execution.py", "self.function(inner.name, inner.arguments)", "pass", (INNER,)),
+    Mutant("cell/programs/krl/data.py", "self.function(inner.name, inner.arguments)", "pass", (INNER,)),
     Mutant("cell/programs/krl/execution.py", "self.data.types.held(frame.part.returns, evaluate(statement.value, self), self)", "evaluate(statement.value, self)", (NUMBERS,)),
     Mutant("cell/programs/krl/execution.py", "if parameter.out and isinstance(", "if False and isinstance(", (NUMBERS,)),
     Mutant("cell/programs/krl/execution.py", "if self.data.variable(name) != count:", "if False:", (NUMBERS,)),

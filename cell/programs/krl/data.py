@@ -423,9 +423,7 @@ class Data:
         if not self._run.calls_known(name):
             if name not in STANDARD:
                 raise refuse(self._run.where, missing(name))
-            for argument in arguments:
-                for inner in calls_of(argument):
-                    self.function(inner.name, inner.arguments)
+            self.run_calls(arguments)
             self.forget(arguments)
             return UnknownValue(f"function {quoted(name)} is not among the files")
         return self._run.call(name, arguments)
@@ -453,6 +451,12 @@ class Data:
         if isinstance(frame, MachineReference):
             raise refuse(run.where, f"EK: the frame .{quoted(frame.component)} of machine {frame.machine} is not known")
         return CoupledFrame(matrix(frame, run), machine, held, place)
+
+    def run_calls(self, arguments: Sequence[Expression | None]) -> None:
+        """Run the functions that are called in arguments of what is not followed itself."""
+        for argument in arguments:
+            for inner in calls_of(argument):
+                self.function(inner.name, inner.arguments)
 
     def forget(self, arguments: Sequence[Expression | None], *, structures: bool = True) -> None:
         """Variables that were given to what is not followed: it may have set them.

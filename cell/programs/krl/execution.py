@@ -137,9 +137,7 @@ class Execution:
         found = self._part(name)
         if found is None:
             if known or name in HARMLESS_CALLS:
-                for argument in arguments:
-                    for inner in calls_of(argument):
-                        self.function(inner.name, inner.arguments)
+                self.data.run_calls(arguments)
                 if name not in READING:
                     self.data.forget(arguments, structures=not known)
                 self.passing("calls of hooks" if known else "messages")
@@ -291,9 +289,7 @@ class Execution:
         elif call.name not in NO_SUBPROGRAM or self.calls_known(call.name):
             self.call(call.name, call.arguments, known=statement.value[1])
         else:
-            for argument in call.arguments:
-                for inner in calls_of(argument):
-                    self.function(inner.name, inner.arguments)
+            self.data.run_calls(call.arguments)
 
     def _do_structure(self, statement: Statement) -> None:
         self.data.types.declare(*statement.value)
