@@ -123,15 +123,15 @@ def _parameters(state: ControllerState, word: str, values: tuple[Any, ...], scop
     path = word.startswith("#CP")
     name = "LDAT_ACT" if path else "PDAT_ACT"
     held = _held(scope, name)
-    if held is None:  # what it sets is not known: corners may be rounded as far as they can be
-        speeds = state.speeds
-        speeds.distance, speeds.share, speeds.axes_share = ANYWHERE, 1.0, 1.0
+    if held is None:
         if path:
-            speeds.speed = NAN
+            state.speeds.speed = NAN
         held = {}
     for part, known in (("ORI_TYP", "#VAR"), ("CIRC_TYP", "#BASE"), ("EXAX_IGN", 0)):
         if held.get(part, known) != known:
             raise refuse(scope.where, f"{name}.{part} is {known} here, not {shown(held[part])}")
+    if "APO_DIST" not in held:  # corners may be rounded as far as they can be
+        state.speeds.distance, state.speeds.share, state.speeds.axes_share = ANYWHERE, 1.0, 1.0
     if "APO_DIST" in held and not path:
         assign(state, ("$APO", "CPTP"), (), min(100.0, number(held["APO_DIST"], scope)), scope)
     if "APO_DIST" in held:

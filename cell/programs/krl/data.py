@@ -237,7 +237,7 @@ class Data:
             else:
                 value = element(value, accessor, self._run)
         fraction = isinstance(value, float) and not value.is_integer()
-        if isinstance(value, dict) or fraction:
+        if not isinstance(value, UnknownValue):
             self._alike(name, kind, reference)
         if fraction and kind == INT and reference.kind != INT:
             return UnknownValue(f"{quoted(name)} is INT and stands for {value:g}, of a type that is not known")
@@ -278,23 +278,41 @@ class Data:
             target = target.of
         return target.name, tuple(reversed(accessors))
 
-    def set(self, name: str, accessors: Accessors, value: Any) -> None:
-        """Assign to a variable of the program's own, or to what a parameter stands for."""
+    def set(self, name: str, accessors: Accessors, value: Any, *, whole: bool = False) -> None:
+        """Assign to a variable of the program's own, or to what a parameter stands for.
+
+        Args:
+            name: of the variable.
+            accessors: the part of it.
+            value: given to it.
+            whole: whether it is all of a variable of the same type: what that has no value for has none then.
+        """
         reference = self.parameter(name)
+        if reference is not None and reference.scope is None and not reference.root.startswith("$"):
+            self.set(reference.root, (*reference.accessors, *accessors), value, whole=whole)
+            return
         if reference is not None and reference.scope is not None:
             kind = self._run.calls[-1].variables.kinds.get(name)
             if not accessors:
                 self._alike(name, kind, reference)
             value = self.types.held(self.types.along(kind, accessors), value, self._run)
-            self._assign(reference.scope, reference.root, (*reference.accessors, *accessors), value)
+            self._assign(reference.scope, reference.root, (*reference.accessors, *accessors), value, whole=whole)
             return
         if all(name not in scope for scope in self._scopes()):
             self._declared_beside(name)
         # what is declared nowhere belongs to all: a part's own variables have to be declared in it
         scope = next((scope for scope in self._scopes() if name in scope), self._everywhere)
-        self._assign(scope, name, accessors, value)
+        self._assign(scope, name, accessors, value, whole=whole)
 
-    def _assign(self, scope: VariableScope, name: str, accessors: Accessors, value: Any) -> None:
+    def is_declared(self, name: str) -> bool:
+        """Whether a variable is known, be it from a .dat beside that declares it for all."""
+        if name not in self.signals and all(name not in scope for scope in self._scopes()):
+            self._declared_beside(name)
+        return name in self.signals or any(name in scope for scope in self._scopes())
+
+    def _assign(
+        self, scope: VariableScope, name: str, accessors: Accessors, value: Any, *, whole: bool = False
+    ) -> None:
         if isinstance(scope.get(name), ImportedValue):
             raise refuse(self._run.where, f"assigns to {quoted(name)}, which is imported: its file has it as well")
         kind = self.types.along(_kind(scope, name), accessors)
@@ -302,7 +320,8 @@ class Data:
         before: Any = scope.get(name)
         for accessor in accessors:
             before = before.get(accessor) if isinstance(before, dict) else None
-        if type(value) is dict and isinstance(before, dict):  # what it gives no value may keep the old one or lose it
+        # what an aggregate gives no value may keep its old one or lose it
+        if type(value) is dict and isinstance(before, dict) and not whole:
             left = [part for part in before if part not in value and isinstance(part, str)]
             value = value | {
                 part: UnknownValue(f"{part} of {quoted(name)}, which was given without it") for part in left
@@ -343,6 +362,8 @@ class Data:
     def _before(self, scope: VariableScope, name: str, accessors: Accessors) -> Any:
         """What a variable holds before something is assigned to it, or to a part of it."""
         if name in ("TOOL_DATA", "BASE_DATA") and accessors and isinstance(accessors[0], tuple):
+            if isinstance(scope.get(name), UnknownValue):
+                return scope[name]
             held = dict(scope.get(name, {}))
             if len(accessors) > 1 and accessors[0] not in held:
                 frame = self.listed(name, accessors[0][0])
@@ -358,6 +379,8 @@ class Data:
             return null_frame(name)
         for scope in self._scopes():
             held = scope.get(name)
+            if isinstance(held, UnknownValue):
+                return held
             if isinstance(held, dict) and (place,) in held:
                 frame = element(held, (place,), self._run)
                 return ListedFrame(frame, name, place) if isinstance(frame, dict) else frame
@@ -458,19 +481,21 @@ class Data:
             for inner in calls_of(argument):
                 self.function(inner.name, inner.arguments)
 
-    def forget(self, arguments: Sequence[Expression | None], *, structures: bool = True) -> None:
+    def forget(self, arguments: Sequence[Expression | None], *, structures: bool = True, later: bool = False) -> None:
         """Variables that were given to what is not followed: it may have set them.
 
         Args:
             arguments: as they were given.
             structures: whether structures as well: hooks get those of their technology, which they only read.
+            later: whether it may do so at a time that is not known.
         """
         for argument in arguments:
             if isinstance(argument, (Variable, Component, Element)):
                 root, accessors = self.path(argument)
                 kept = not structures and isinstance(evaluate(argument, self._run), dict)
                 if not root.startswith("$") and not kept:
-                    self.set(root, accessors, UnknownValue(f"{quoted(root)} is set by what is not followed"))
+                    kind = FloatingValue if later else UnknownValue
+                    self.set(root, accessors, kind(f"{quoted(root)} is set by what is not followed"))
 
     def bas(self, arguments: tuple[Expression | None, ...]) -> None:
         """Run BAS."""

@@ -304,9 +304,22 @@ class Execution:
         if found is not None and not (self._moves_nothing(found[1].body) and not set_in(found[1].body)):
             raise refuse(self.where, f"a TRIGGER calls {quoted(name)}, which does more than set outputs")
         if found is None:
-            self.data.forget(arguments, structures=False)
+            self.data.forget(arguments, structures=False, later=True)
         self.passing(CALLS)
         self.state.doubt(f"a TRIGGER calls {quoted(name)}, which is not run ({self._named()})")
+
+    def _do_switched(self, statement: Statement) -> None:
+        self._switched((), None)
+
+    def _do_floats(self, statement: Statement) -> None:
+        """A variable that a trigger sets."""
+        name, unknown = statement.value
+        reference = self.data.parameter(name)
+        root = name if reference is None else reference.root
+        if root in self.data.signals or not self.data.is_declared(root):
+            self._switched((), None)
+        if root not in self.data.signals:
+            self.data.set(name, (), unknown)
 
     def _do_signal(self, statement: Statement) -> None:
         self.data.signals |= statement.value
@@ -321,22 +334,33 @@ class Execution:
         found = evaluate(value, self)
         if isinstance(found, CoupledFrame) and not isinstance(value, FunctionCall):
             found = UnknownValue("a frame on an external kinematic, kept in a variable")
-        self._assign(target, found)
+        whole = isinstance(value, (Variable, Element, Component)) and self._alike(target, value)
+        self._assign(target, found, whole=whole)
 
-    def _assign(self, target: Expression, value: Any) -> None:
+    def _alike(self, target: Expression, value: Expression) -> bool:
+        """Whether two variables are of one type that is known."""
+        if self.data.path(target)[0].startswith("$") or self.data.path(value)[0].startswith("$"):
+            return False
+        kinds = {self.data.reference(one).kind for one in (target, value)}
+        return len(kinds) == 1 and None not in kinds
+
+    def _assign(self, target: Expression, value: Any, *, whole: bool = False) -> None:
         root, accessors = self.data.path(target)
         reference = self.data.parameter(root)
         if reference is not None and reference.scope is None:
             root, accessors = reference.root, (*reference.accessors, *accessors)
-        if root in self.data.signals:
-            place = self.data.signals[root]
+        own = root if reference is None else reference.root
+        if not own.startswith("$") and not self.data.is_declared(own) and isinstance(value, bool):
+            self._switched((), None)  # it may be the name of an output
+        if own in self.data.signals:
+            place = self.data.signals[own]
             root, accessors = "$OUT", () if place is None else ((place,),)
         if root in ("MACHINE_DEF", "EX_AX_DATA"):
             raise refuse(self.where, f"assigns to {root}: where the table stands is what the case says")
         if not root.startswith("$"):
-            self.data.set(root, accessors, value)
+            self.data.set(root, accessors, value, whole=whole)
             return
-        if root == "$OUT":
+        if root in ("$OUT", "$OUT_C"):
             self._switched(accessors, value)
         part = next((accessor for accessor in accessors if isinstance(accessor, str)), "")
         indices = next((accessor for accessor in accessors if isinstance(accessor, tuple)), ())
@@ -385,10 +409,21 @@ class Execution:
         line = self.where.number
         self.passing("unknown conditions on statements that move nothing")
         self._doubts_in(body)
+        if any(self._may_switch(one) for one in body):
+            self._switched((), None)
         for root in set_in(body):
             self.data.set(root, (), UnknownValue(f"{root} is set where line {line} says so"))
         if STOPPING & set(variables_of(condition)):  # of others it is not known whether they stop the advance run
             self.state.stop()
+
+    def _may_switch(self, statement: Statement) -> bool:
+        """Whether a statement may set an output, under its own name or another."""
+        if statement.op == "assign":
+            root = self.data.path(statement.value[0])[0]
+            reference = self.data.parameter(root)
+            root = root if reference is None else reference.root
+            return root in ("$OUT", "$OUT_C") or root in self.data.signals or not self.data.is_declared(root)
+        return any(self._may_switch(one) for one in (*statement.body, *statement.other))
 
     def _doubts_in(self, body: tuple[Statement, ...]) -> None:
         for one in body:

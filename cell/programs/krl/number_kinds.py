@@ -108,7 +108,7 @@ def direction(y: float, x: float) -> float:
     value, length = math.degrees(math.atan2(y, x)), math.hypot(y, x)
     spread = math.degrees((deviation(y) + deviation(x)) / length) if length else 0.0
     spread += FUNCTION_PRECISION * abs(value)
-    return TurnAngle(value) if value - spread < 0 and y != 0 else ComputedReal(value, spread)
+    return TurnAngle(value) if y - deviation(y) < 0 else ComputedReal(value, spread)
 
 
 def apart(x: float, y: float) -> bool:

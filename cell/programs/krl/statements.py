@@ -88,7 +88,8 @@ class Statement:
             (condition), loop, switch (value, cases), exit, return (value or None), wait (seconds), stop (a word
             that ends the advance run), inner (names of functions called in a line that is passed
             over), signal (outputs by name), forget (arguments that a line that is passed over may set), triggered (a
-            sub-program and its arguments), continue, spline (settings, blends), structure (name, types of its
+            sub-program and its arguments), switched (an output that is not known), floats (a variable that a trigger
+            sets, and what to say of it), continue, spline (settings, blends), structure (name, types of its
             components), refused (a text), pass (a kind).
         line: from 1.
         value: see op.

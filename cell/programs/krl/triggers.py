@@ -14,10 +14,10 @@ import re
 from collections.abc import Iterator
 
 from ..program import EventKind, SourceLine
-from .expressions import Constant, Cursor, Expression, Variable, arguments
+from .expressions import Cursor, Expression, arguments
 from .inner_calls import called_in
 from .lexing import quoted, refuse, tokens
-from .setting import HARMLESS, OF_TABLE
+from .setting import HARMLESS, OF_TABLE, OUTPUTS
 from .statements import RecognisedEvent, Statement
 from .values import FloatingValue
 
@@ -30,6 +30,7 @@ _PLACE_COMPUTED = re.compile(
     r"\bPATH\s*=(?!\s*ArcGetPath\b)(?!\s*[-+]?[\d.]+\s*(ONSTART|DELAY|DO|$))|\bDISTANCE\s*=(?!\s*[01]\s+(DELAY|DO)\b)",
     re.IGNORECASE,
 )
+_PLAIN_OUTPUT = re.compile(r"\$OUT(_C)?\s*\[\s*\d+\s*\]\s*=\s*(TRUE|FALSE)\s*(;|$)", re.IGNORECASE)
 _WHEN = re.compile(r"\bWHEN\b|\bArcGet\w+\s*\(", re.IGNORECASE)
 _NAME = re.compile(r"([A-Za-z_$][A-Za-z0-9_$]*)(?:\s*(?:\[[^\]]*\]|\.\s*\w+))*\s*(=|\()")
 
@@ -74,6 +75,8 @@ def trigger_statements(text: str, where: SourceLine, event: RecognisedEvent | No
     inner = called_in(done_by(text)) if sign == "=" or name == "PULSE" else ()
     if inner:
         yield Statement("doubt", number, (CALLS, f"a TRIGGER calls {quoted(inner[0])}, which is not run"))
+    if sign == "=" and name in OUTPUTS and _PLAIN_OUTPUT.match(done_by(text)) is None:
+        yield Statement("switched", number)
     if name == "PULSE" or (sign == "=" and name in HARMLESS - OF_TABLE):
         yield Statement("pass", number, PASSED)
     elif sign == "(":
@@ -82,7 +85,7 @@ def trigger_statements(text: str, where: SourceLine, event: RecognisedEvent | No
         yield Statement("refused", number, f"a TRIGGER sets {quoted(name)}: the time at which it does so is not known")
     else:
         unknown = FloatingValue(f"{quoted(name)} is set by the TRIGGER of line {number}")
-        yield Statement("assign", number, (Variable(name), Constant(unknown)))
+        yield Statement("floats", number, (name, unknown))
 
 
 def _arguments(text: str, where: SourceLine) -> tuple[Expression | None, ...]:

@@ -71,6 +71,10 @@ REFUSED = [
     ("PDAT_ACT={VEL 50.0,EXAX_IGN 1}\nBAS(#PTP_DAT)\n", "PDAT_ACT.EXAX_IGN is 0 here"),
     ("I=STRLEN(FX())\n", "sub-program FX is missing"),
     ("IR_STOPM(FX())\n", "sub-program FX is missing"),
+    ("IF $IN[1] THEN\nBASE_DATA[1].Z=100\nENDIF\n$BASE=BASE_DATA[1]\n", "BASE_DATA is set where line"),
+    ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO BASE_DATA[1].Z=1\nBASE_DATA[1]={Z 2}\n$BASE=BASE_DATA[1]\n", "by the TRIGGER"),
+    ("N=1\nTRIGGER WHEN DISTANCE=1 DELAY=0 DO SX(N)\nN=1\nLIN {X 1}\nLIN {Z N}\n", "N is set by what is not followed"),
+    ("LIN {E1 ATAN2(SIN(180),COS(180))}\n", "an angle of ATAN2 that may be"),
     ("P[1]=XP\nLIN P\n", "goes to a point or to axes"),
     ("N=5\nV[1]=3\n$VEL=V\n", "depends on an unknown value|is a structure"),
     ("CONFIRM FX()\n", "sub-program FX is missing"),
@@ -144,6 +148,8 @@ def test_what_with_sets_holds_for_its_block_alone(tmp_path: Path) -> None:
         ("SPLINE\nSLIN {X 200}\nENDSPLINE C_SPL\n", ANYWHERE),
         ("SPTP {A1 1,A2 -90,A3 90,A4 0,A5 30,A6 0} C_SPL\n", ANYWHERE),
         ("PTP {A1 1,A2 -90,A3 90,A4 0,A5 30,A6 0} C_ORI\n", ANYWHERE),
+        ("$APO.CDIS=1\nLDAT_ACT={VEL 2.0}\nBAS(#CP_DAT)\nLIN {X 200} C_DIS\n", ANYWHERE),  # which may be any
+        ("LIN {X 200} C_DIS\nTRIGGER WHEN DISTANCE=0 DELAY=0 DO GAS=TRUE\n", 0.003),  # it fires later
         ("$APO.CDIS=1\nLDAT_ACT=LGLOB\nBAS(#CP_DAT)\nLIN {X 200} C_DIS\n", ANYWHERE),  # of a file that is not there
     ],
 )
@@ -172,6 +178,38 @@ def test_an_output_is_the_arc_however_it_is_named(on: str, tmp_path: Path) -> No
 def test_an_output_that_is_not_known_is_doubted(tmp_path: Path) -> None:
     program = read(tmp_path, BEGIN + "$OUT[7]=$IN[1]\n" + LIN, read=OUT)
     assert any("an output is set whose number or value is not known" in doubt.kind for doubt in program.doubts)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[I]=TRUE\n",
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO ARC=TRUE\n",
+        "IF $IN[1] THEN\n$OUT[I]=TRUE\nENDIF\n",
+        "IF $IN[1] THEN\nARC=TRUE\nENDIF\n",
+        "UNDECLARED=TRUE\n",
+    ],
+)
+def test_an_output_that_may_be_the_arc_is_doubted(body: str, tmp_path: Path) -> None:
+    program = read(tmp_path, f"SIGNAL ARC $OUT[7]\n{BEGIN}I=7\n{body}{LIN}", read=OUT)
+    assert any("an output is set whose number or value is not known" in doubt.kind for doubt in program.doubts)
+
+
+def test_a_name_of_an_output_may_be_another_files_and_be_given_on(tmp_path: Path) -> None:
+    files = {"OTHER.dat": "DEFDAT OTHER PUBLIC\nGLOBAL SIGNAL ARC $OUT[7]\nENDDAT\n"}
+    given_on = "DEF SWITCH_ON(K)\nBOOL K\nK=TRUE\nEND\n"
+    for on, others in (("ARC=TRUE", ""), ("SWITCH_ON(ARC)", given_on), ("$OUT_C[7]=TRUE", "")):
+        program = read(tmp_path, f"{BEGIN}{on}\n{LIN}", others, files, read=OUT)
+        assert happened(program) == [("arc_on", 1)], on
+
+
+def test_a_variable_copied_whole_holds_what_the_other_holds(tmp_path: Path) -> None:
+    first = "DECL LDAT LA={VEL 1.0,ACC 100.0,APO_DIST 2.0,CIRC_TYP #BASE}\n"
+    second = "DECL LDAT LB={VEL 2.0,ACC 100.0,APO_DIST 5.0}\n"
+    files = {"T.dat": f"DEFDAT T\n{first}{second}ENDDAT\n"}
+    body = "LDAT_ACT=LA\nBAS(#CP_DAT)\nLDAT_ACT=LB\nBAS(#CP_DAT)\nLIN {X 200} C_DIS\n"
+    moves = read(tmp_path, BEGIN + body, files=files).moves
+    assert (moves.speed[-1], moves.blend[-1]) == (2.0, 0.005)
 
 
 def test_a_trigger_may_fire_at_the_start(tmp_path: Path) -> None:

@@ -114,8 +114,9 @@ def test_a_parameter_that_converts_what_it_stands_for_is_refused(tmp_path: Path)
         heights(tmp_path, "R=10\nBUMP(R)\n", "DEF BUMP(K)\nINT K\nK=5\nEND\n")
     with pytest.raises(InputError, match=refused):
         heights(tmp_path, "R=3.6\nBUMP(R)\n", "DEF BUMP(K)\nINT K\nLIN {Z K}\nEND\n")
-    # read alone, a whole number is the same in both
-    assert heights(tmp_path, "N=7\nBUMP(N)\n", "DEF BUMP(K)\nREAL K\nLIN {Z K/2}\nEND\n") == [3.5]
+    with pytest.raises(InputError, match="parameter K is REAL and stands for N, which is INT"):
+        heights(tmp_path, "N=7\nBUMP(N)\n", "DEF BUMP(K)\nREAL K\nLIN {Z K/2}\nEND\n")
+    assert heights(tmp_path, "N=7\nBUMP(N)\n", "DEF BUMP(K:IN)\nREAL K\nLIN {Z K/2}\nEND\n") == [3.5]
 
 
 def test_a_parameter_may_stand_for_what_the_controller_has(tmp_path: Path) -> None:
