@@ -130,6 +130,9 @@ def test_a_variable_keeps_no_coupling_to_the_table(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match="external kinematic"):
             read(tmp_path, BEGIN + coupled + kept + LIN)
+    ek = "G=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,F)\n"
+    with pytest.raises(InputError, match="external kinematic"):
+        read(tmp_path, BEGIN + coupled + ek + f"S{LIN.strip()} WITH $BASE=G\n")
 
 
 def test_what_with_sets_holds_for_its_block_alone(tmp_path: Path) -> None:

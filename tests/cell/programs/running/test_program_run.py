@@ -319,7 +319,10 @@ def test_an_arc_that_is_on_before_the_first_move_is_a_fault(tmp_path: Path) -> N
 
     found = boss_program().read(tmp_path, burn)
     assert not found.feasible
-    assert Kind.PTP_WITH_ARC in {finding.failure.kind for finding in found.findings}
+    text = (tmp_path / "boss.src").read_text().splitlines()
+    first = next(number for number, line in enumerate(text, start=1) if line.startswith("PTP"))
+    burning = [finding.line for finding in found.findings if finding.failure.kind == Kind.PTP_WITH_ARC]
+    assert first in [line.number for line in burning if line is not None and line.file.endswith("boss.src")]
 
 
 def test_a_pose_without_status_is_gone_to_where_the_configuration_stays(tmp_path: Path) -> None:
