@@ -160,7 +160,8 @@ ANY_VALUES = {
         slicing/surfaces/cones slicing/surfaces/cylinders
         slicing/surfaces/planes slicing/surfaces/revolved_profiles slicing/warning""",
     "the variables of a KRL program": """
-        cell/programs/krl/bas cell/programs/krl/data cell/programs/krl/state cell/programs/krl/values""",
+        cell/programs/krl/bas cell/programs/krl/data cell/programs/krl/state
+        cell/programs/krl/values/evaluation cell/programs/krl/values/variable_scope""",
     "columns of a table, or keyword arguments": """
         cell/planning/edges/densify cell/programs/program cell/scene/workpiece""",
     "annotations of a class": "slicing/annotations slicing/parameters",

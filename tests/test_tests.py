@@ -25,6 +25,7 @@ REPLACED = {
     "MANY_GEOMS": "of every checker: a cell that is large enough takes seconds to compile",
     "MANY_VERTICES": "of every cell, likewise",
     "MOST_FACES": "of every reader of meshes: a mesh that is large enough takes a gigabyte",
+    "SMALL": "of a whole check, likewise",
     "WORTH_A_START": "of a whole check, as LARGE_PART",
 }
 

@@ -37,7 +37,7 @@ EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
-INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/test_krl_values.py"
+INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_overhang_check.py"
 
@@ -292,27 +292,27 @@ MUTANTS = (
     Mutant("cell/programs/krl/execution.py", "if any(integer(evaluate(of, self), self) != was for of, was in bounds):", "if False:", (NUMBERS,)),
     Mutant("cell/programs/krl/syntax.py", "Parameter(parameter, out=not own)", "Parameter(parameter, out=False)", (NUMBERS,)),
     Mutant("cell/programs/krl/data.py", "if len(kinds) > 1 and (kinds == {INT, REAL} or len(structures) > 1 or array):", "if False:", (NUMBERS,)),
-    Mutant("cell/programs/krl/data.py", "if isinstance(value, dict) or fraction:", "if False:", (NUMBERS,)),
+    Mutant("cell/programs/krl/data.py", "        if not isinstance(value, UnknownValue):\n            self._alike(name, kind, reference)\n", "", (NUMBERS,)),
     Mutant("cell/programs/krl/data.py", "value = self.types.held(self.types.along(_kind(scope, name), accessors), value, self._run)", "pass", (NUMBERS,)),
-    Mutant("cell/programs/krl/value_types.py", "if known.get(c, kind) == kind else EITHER", "if True else EITHER", (NUMBERS,)),
-    Mutant("cell/programs/krl/value_types.py", "if real and kind not in (INT, REAL):", "if False:", (NUMBERS,)),
-    Mutant("cell/programs/krl/values.py", "if operator == \"/\" and found != x / y:", "if False:", (NUMBERS,)),
-    Mutant("cell/programs/krl/values.py", "if found < 0 and found % 1 == 0.5:", "if False:", (NUMBERS,)),
-    Mutant("cell/programs/krl/values.py", "function_value(function, given, rounds_rightly=of.name in (\"ABS\", \"SQRT\"))", "function(given)", (NUMBERS,)),
-    Mutant("cell/programs/krl/number_kinds.py", "by_x + by_y)\n    if operator == \"*\"", "0.0)\n    if operator == \"*\"", (FOLLOWED,)),
-    Mutant("cell/programs/krl/number_kinds.py", "return abs(x - y) > deviation(x) + deviation(y)", "return True", (FOLLOWED,)),
-    Mutant("cell/programs/krl/number_kinds.py", "return math.floor(value + 0.5 - by) == math.floor(value + 0.5 + by)", "return True", (FOLLOWED,)),
-    Mutant("cell/programs/krl/values.py", "if isinstance(value, TurnAngle) and not angle:", "if False:", (FOLLOWED,)),
-    Mutant("cell/programs/krl/values.py", "if isinstance(value, TiedAngle):\n        raise", "if False:\n        raise", (FOLLOWED,)),
-    Mutant("cell/programs/krl/values.py", "if isinstance(value, int) and abs(value) > LARGEST_INTEGER:", "if False:", (FOLLOWED,)),
-    Mutant("cell/programs/krl/moving.py", "if deviation(value) > MOST_DEVIATION:", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values/value_types.py", "if known.get(c, kind) == kind else EITHER", "if True else EITHER", (NUMBERS,)),
+    Mutant("cell/programs/krl/values/value_types.py", "if real and kind not in (INT, REAL):", "if False:", (NUMBERS,)),
+    Mutant("cell/programs/krl/values/evaluation.py", "if operator == \"/\" and found != x / y:", "if False:", (NUMBERS,)),
+    Mutant("cell/programs/krl/values/evaluation.py", "if found < 0 and found % 1 == 0.5:", "if False:", (NUMBERS,)),
+    Mutant("cell/programs/krl/values/evaluation.py", "function_value(function, given, rounds_rightly=of.name in (\"ABS\", \"SQRT\"))", "function(given)", (NUMBERS,)),
+    Mutant("cell/programs/krl/values/number_kinds.py", "by_x + by_y)\n    if operator == \"*\"", "0.0)\n    if operator == \"*\"", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values/number_kinds.py", "return abs(x - y) > deviation_of(x) + deviation_of(y)", "return True", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values/number_kinds.py", "return math.floor(value + 0.5 - by) == math.floor(value + 0.5 + by)", "return True", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values/evaluation.py", "if isinstance(value, TurnAngle) and not angle:", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values/evaluation.py", "if isinstance(value, TiedAngle):\n        raise", "if False:\n        raise", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values/evaluation.py", "if isinstance(value, int) and abs(value) > LARGEST_INTEGER:", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/moving.py", "if deviation_of(value) > MOST_DEVIATION:", "if False:", (FOLLOWED,)),
     Mutant("cell/programs/krl/moving.py", "check_modes(state, (\"$IPO_MODE\",), scope)", "pass", (FOLLOWED,)),
     Mutant("cell/programs/krl/data.py", "            if isinstance(inner, UnknownValue):\n                return\n", "", (FOLLOWED,)),
     Mutant("cell/programs/krl/data.py", "        if isinstance(known, FloatingValue):\n            return\n", "", (FOLLOWED,)),
-    Mutant("cell/programs/krl/data.py", "if type(value) is dict and isinstance(before, dict):", "if False:", (FOLLOWED,)),
-    Mutant("cell/programs/krl/data.py", "self.set(root, accessors, UnknownValue(f\"{quoted(root)} is set by what is not followed\"))", "pass", (FOLLOWED,)),
-    Mutant("cell/programs/krl/value_types.py", "if isinstance(value, CoupledFrame):", "if False:", (FOLLOWED,)),
-    Mutant("cell/programs/krl/value_types.py", "if kind in _POSITIONS:", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/data.py", "if type(value) is dict and isinstance(before, dict) and not whole:", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/data.py", "self.set(root, accessors, kind(f\"{quoted(root)} is set by what is not followed\"))", "pass", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values/value_types.py", "if isinstance(value, CoupledFrame):", "if False:", (FOLLOWED,)),
+    Mutant("cell/programs/krl/values/value_types.py", "if kind in _POSITIONS:", "if False:", (FOLLOWED,)),
     Mutant("cell/programs/krl/state.py", "self.speeds, self.modes = speeds, modes", "self.speeds = speeds", (FOLLOWED,)),
     Mutant("cell/programs/krl/state.py", "return ANYWHERE, 1.0", "return 0.0, 0.0", (FOLLOWED,)),
     Mutant("cell/programs/krl/execution.py", "if STOPPING & set(variables_of(condition)):", "if True:", (FOLLOWED,)),

@@ -6,7 +6,8 @@ of the roll that free nothing), ``edges`` (motions from a target to the next), `
 ``bead_search`` (the path along a bead), ``bead_outcome`` (what came of it), ``bead_plan`` (one bead, as finely as it
 takes), ``bead_cut`` (where no way leads through one), ``beads_ahead`` (many beads checked together),
 ``travels`` (motions between beads), ``infeasible_part`` (which targets are lost once a part cannot be built),
-``blocking_layers`` (layers in the way of what comes later), ``part_plan`` (all beads), ``assemble`` (one motion of
-them).
+``blocking_layers`` (layers in the way of what comes later), ``loss_ahead`` (a bead at the end that is lost, seen before
+travels are searched), ``bead_runs`` (beads planned one after the other, as data), ``part_plan`` (all beads),
+``assemble`` (one motion of them).
 `cell.verification` never imports from here.
 """

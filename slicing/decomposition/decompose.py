@@ -189,10 +189,7 @@ def decompose(mesh: Mesh, hint: BodyHint | None = None, alone: bool = False) -> 
         T_part_input,
         tuple(warnings),
         replace(evidence, left_out=(*map(str, left), *rings_of(outline))),
-        tuple(
-            mesh_from_arrays(f"{mesh.name} beside its body", vertices + shift, faces, mesh.noise_mm)
-            for vertices, faces in cut.beside_outline
-        ),
+        _beside_outline(mesh, cut, shift),
     )
 
 
@@ -272,6 +269,12 @@ def _about_another(mesh: Mesh, hint: BodyHint, axis: Axis, of: tuple[PartFaces, 
         f" the next one, of radius {found.body.radius_mm:.6g} mm, is taken (part.body.radius_mm chooses)"
     )
     return replace(found, warnings=(*found.warnings, Warning(Code.BODY_RIVAL, line)))
+
+
+def _beside_outline(mesh: Mesh, cut: Cut, shift: Floats) -> tuple[Mesh, ...]:
+    """What stands out of the outline and is no sub-volume, as solids."""
+    name = f"{mesh.name} beside its body"
+    return tuple(mesh_from_arrays(name, corners + shift, faces, mesh.noise_mm) for corners, faces in cut.beside_outline)
 
 
 def _mesh(name: str, piece: CutPiece, shift: Floats, source: Mesh) -> Mesh:

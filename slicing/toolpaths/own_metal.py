@@ -16,6 +16,7 @@ from ..targets.targets import Targets
 from ..warning import Code, Warning
 
 ENDS = 2.0  # bead widths over itself: more than a closed turn's end
+SPACED = 0.5  # bead widths between the points that are compared
 ABOVE_MM = 25.0  # along the wire, up to which a bead's own earlier metal is looked for
 LOW, HIGH = 0.5, 1.5  # of a bead's thickness: between these below a target the turn before lies
 
@@ -46,8 +47,9 @@ def _over_itself(p: Floats, n: Floats, thickness: Floats, width: float) -> int |
 
     if len(p) < 3:
         return None
+    target, p, n, thickness = _evenly(p, n, thickness, width * SPACED)
     steps = np.linalg.norm(np.diff(p, axis=0), axis=1)
-    beside = (width + float(steps.max())) / 2
+    beside = width * (1 + SPACED) / 2
     pairs = cKDTree(p).query_pairs(float(np.hypot(HIGH * thickness.max(), beside)), output_type="ndarray")
     early, late = pairs.min(axis=1), pairs.max(axis=1)
     away = p[late] - p[early]
@@ -57,7 +59,21 @@ def _over_itself(p: Floats, n: Floats, thickness: Floats, width: float) -> int |
     of = np.unique(late[over])
     of = np.union1d(of, _under_itself(p, n, thickness, beside))
     # where a turn ends over its own beginning a little of it does
-    return int(of[0]) if steps[of - 1].sum() > ENDS * width else None
+    return int(target[of[0]]) if steps[of - 1].sum() > ENDS * width else None
+
+
+def _evenly(
+    p: Floats, n: Floats, thickness: Floats, spacing: float
+) -> tuple[NDArray[np.int64], Floats, Floats, Floats]:
+    """A bead's points (k, 3), normals and thicknesses at even distances, each with the target at or behind it.
+
+    Targets may be microns apart, or half a metre: neither says how many points there are to be compared.
+    """
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
+    at = np.linspace(0.0, length[-1], max(int(np.ceil(length[-1] / spacing)), 1) + 1)
+    target = np.searchsorted(length, at - 1e-9 * length[-1])
+    even = [np.column_stack([np.interp(at, length, column) for column in each.T]) for each in (p, n)]
+    return target, even[0], even[1], np.interp(at, length, thickness)
 
 
 def _under_itself(p: Floats, n: Floats, thickness: Floats, beside: float) -> NDArray[np.int64]:

@@ -16,7 +16,7 @@ from ..program import ANYWHERE, BaseFrame, ToolFrame
 from .lexing import quoted, refuse
 from .setting import assign
 from .state import NAN, ControllerState, Speeds
-from .values import CARTESIAN, ListedFrame, Scope, UnknownValue, integer, matrix, number, shown
+from .values.evaluation import CARTESIAN, ListedFrame, Scope, UnknownValue, integer, matrix, number, shown
 
 EXTERNAL = 6  # external axes that shares are set for
 

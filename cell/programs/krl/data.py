@@ -28,13 +28,10 @@ from .expressions import Component, Element, Expression, Variable
 from .inner_calls import STANDARD, calls_of, missing
 from .lexing import quoted, refuse
 from .moving import EXTERNAL, position_now
-from .number_kinds import ComputedReal
 from .sources import SHARED, Sources
 from .state import ControllerState
 from .statements import Declaration, ParsedFile
-from .value_types import EITHER, INT, REAL, ValueTypes
-from .value_types import OF_CONTROLLER as KINDS_OF_CONTROLLER
-from .values import (
+from .values.evaluation import (
     READ_DEG,
     CoupledFrame,
     FloatingValue,
@@ -45,14 +42,17 @@ from .values import (
     component,
     element,
     evaluate,
+    frame_as_read,
     frame_dict,
     integer,
     matrix,
-    measured,
     number,
     shown,
 )
-from .variable_scope import Accessors, Reference, VariableScope
+from .values.number_kinds import ComputedReal
+from .values.value_types import EITHER, INT, REAL, ValueTypes
+from .values.value_types import OF_CONTROLLER as KINDS_OF_CONTROLLER
+from .values.variable_scope import Accessors, Reference, VariableScope
 
 DEFAULTS: dict[str, Any] = {
     "PDEFAULT": {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0},
@@ -407,13 +407,13 @@ class Data:
             if pose is None:
                 return UnknownValue(f"{name} after a motion of axes")
             unknown = UnknownValue(f"S or T of {name}")
-            return measured(frames_of_poses(np.array(pose))) | {"S": unknown, "T": unknown} | self._external()
+            return frame_as_read(frames_of_poses(np.array(pose))) | {"S": unknown, "T": unknown} | self._external()
         if name == "$TOOL" and state.tool is not None:
-            return state.numbers[name] or measured(state.tool.T_flange_tcp)
+            return state.numbers[name] or frame_as_read(state.tool.T_flange_tcp)
         if name == "$BASE" and state.base is not None:
             if state.base.coupled:
                 return UnknownValue("$BASE while an external kinematic carries it")
-            return state.numbers[name] or measured(state.base.T)
+            return state.numbers[name] or frame_as_read(state.base.T)
         if name == "$VEL":
             return {} if math.isnan(state.speeds.speed) else {"CP": state.speeds.speed}
         if name == "$ASYNC_AXIS":

@@ -27,8 +27,8 @@ from .sources import Sources
 from .state import ControllerState
 from .statements import Declaration, ModulePart, MotionStatement, ParsedFile, RecognisedEvent, Statement, set_in
 from .triggers import CALLS
-from .values import CoupledFrame, UnknownValue, evaluate, integer, number, truth
-from .variable_scope import Accessors, VariableScope
+from .values.evaluation import CoupledFrame, UnknownValue, evaluate, integer, number, truth
+from .values.variable_scope import Accessors, VariableScope
 
 HARMLESS_CALLS = frozenset(
     ("MSGNOTIFY", "MSGQUIT", "MSGSTATE", "CLEARMSG", "CWRITE", "SREAD", "SWRITE", "STRCLEAR", "STRCOPY", "STRADD")

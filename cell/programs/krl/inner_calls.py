@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 from .expressions import Aggregate, Binary, Component, Element, Expression, FunctionCall, Unary, Variable
 from .lexing import quoted
-from .values import BUILT_IN
+from .values.evaluation import BUILT_IN
 
 _STANDARD = (
     "EK LK EB EO FORWARD INVERSE VARSTATE VARTYPE STRADD STRCLEAR STRCOMP STRCOPY STRDECLLEN STRFIND STRLEN "

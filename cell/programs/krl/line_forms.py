@@ -31,8 +31,8 @@ from .inner_calls import called_in
 from .lexing import quoted, refuse, tokens
 from .statements import Declaration, MotionStatement, Statement
 from .triggers import trigger_statements
-from .value_types import structure
-from .values import ImportedValue
+from .values.evaluation import ImportedValue
+from .values.value_types import structure
 
 CIRCLES = frozenset(("CIRC", "CIRC_REL", "SCIRC", "SCIRC_REL"))
 LINES = frozenset(("LIN", "LIN_REL", "SLIN", "SLIN_REL", "SPL"))

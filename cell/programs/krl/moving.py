@@ -22,11 +22,11 @@ from ..program import MoveKind
 from .expressions import Variable
 from .lexing import quoted, refuse
 from .line_forms import CIRCLES
-from .number_kinds import deviation
 from .setting import check_modes
 from .state import NAN, ControllerState, Destination
 from .statements import MotionStatement
-from .values import CARTESIAN, TIED, Scope, UnknownValue, angles, evaluate, integer, is_tied, number, shown
+from .values.evaluation import CARTESIAN, TIED, Scope, UnknownValue, angles, evaluate, integer, is_tied, number, shown
+from .values.number_kinds import deviation_of
 
 EXTERNAL = ("E1", "E2", "E3", "E4", "E5", "E6")
 WHERE_IT_IS = (Variable("$AXIS_ACT"), Variable("$POS_ACT"))  # a motion to there moves nothing
@@ -145,9 +145,9 @@ def _in_reach(name: str, value: float, scope: Scope) -> None:
         raise refuse(
             scope.where, f"{name} {value:g}: at most {FURTHEST if unit == 'mm' else MOST_TURN:g} {unit} is allowed"
         )
-    if deviation(value) > MOST_DEVIATION:
+    if deviation_of(value) > MOST_DEVIATION:
         raise refuse(
-            scope.where, f"{name} {value:g} may be off by {deviation(value):.2g}: the controller has seven digits"
+            scope.where, f"{name} {value:g} may be off by {deviation_of(value):.2g}: the controller has seven digits"
         )
 
 

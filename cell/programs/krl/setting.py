@@ -16,7 +16,7 @@ from typing import Any
 from ..program import BaseFrame, ToolFrame
 from .lexing import quoted, refuse
 from .state import ControllerState, Speeds
-from .values import CARTESIAN, CoupledFrame, ListedFrame, Scope, frame_dict, integer, matrix, number, shown
+from .values.evaluation import CARTESIAN, CoupledFrame, ListedFrame, Scope, frame_dict, integer, matrix, number, shown
 
 OUTPUTS = frozenset(("$OUT", "$OUT_C", "$ANOUT", "$PULSE"))
 _HARMLESS = (

@@ -19,7 +19,7 @@ from .inner_calls import called_in
 from .lexing import quoted, refuse, tokens
 from .setting import HARMLESS, OF_TABLE, OUTPUTS
 from .statements import RecognisedEvent, Statement
-from .values import FloatingValue
+from .values.evaluation import FloatingValue
 
 PASSED = "triggers that are not a known event"
 CALLS = "triggers whose sub-programs are not run"

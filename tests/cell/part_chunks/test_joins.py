@@ -14,8 +14,9 @@ from cell.part_chunks.chunked_plan import join_chunks
 from cell.part_chunks.chunking import Shared
 from cell.part_chunks.joins import join_to, turned_to_chunk_before
 from cell.planning.bead_outcome import BeadPlan
+from cell.planning.bead_runs import HomePaths, PartPlan
 from cell.planning.context import Context
-from cell.planning.part_plan import HomePaths, PartPlan, plan_part
+from cell.planning.part_plan import plan_part
 from cell.planning.travels import home
 from cell.planning.travels.home import FoundHomeTravels, with_home
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slicing import read_toolpath
-from slicing.toolpaths.own_metal import first_over_itself
+from slicing.toolpaths.own_metal import _evenly, first_over_itself
 from slicing.warning import Code
 
 
@@ -62,3 +62,13 @@ def test_a_bead_that_runs_back_below_itself_is_told(tmp_path):
     assert "lies over or under its own metal from target 31 on" in line
     # beside it, it is not in the way
     assert not first_over_itself(written(tmp_path, x, np.repeat([0.0, 12.0], 31), z).targets, 5.0)
+
+
+def test_how_far_targets_are_apart_does_not_say_how_much_is_compared(tmp_path):
+    x = np.arange(20_000) * 1e-3  # mm: a bead of 20 mm in microns, and a step of 400 mm
+    path = written(tmp_path, np.append(x, 420.0), np.zeros(20_001), np.full(20_001, 10.0))
+    at, p, _, _ = _evenly(path.targets.position, path.targets.normal, path.targets.thickness_mm, 2.5)
+    assert len(p) == np.ceil(420.0 / 2.5) + 1
+    assert (np.diff(at) >= 0).all()
+    assert at[-1] == 20_000
+    assert not first_over_itself(path.targets, 5.0)

@@ -8,8 +8,8 @@ import pytest
 from support.programs.programs import FRAMES, LIN, controller
 
 from cell.errors import InputError
-from cell.programs.krl.value_types import EITHER, INT, REAL, ValueTypes
-from cell.programs.krl.values import MaybeInteger
+from cell.programs.krl.values.evaluation import MaybeInteger
+from cell.programs.krl.values.value_types import EITHER, INT, REAL, ValueTypes
 from cell.programs.krl_read import read_krl
 
 DECLARED = "DECL INT I,J,N,M\nDECL REAL R\nDECL INT A[3]\nDECL FRAME B\n"

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .expressions import Cursor
-from .lexing import quoted, refuse
+from ..expressions import Cursor
+from ..lexing import quoted, refuse
+from .evaluation import CARTESIAN, CoupledFrame, Scope, UnknownValue, integer
 from .number_kinds import ComputedReal, MaybeInteger, TiedAngle, TurnAngle
-from .values import CARTESIAN, CoupledFrame, Scope, UnknownValue, integer
 
 INT, REAL = "INT", "REAL"
 EITHER = "INT or REAL"

@@ -20,19 +20,19 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ...rigid import inverse
-from ..orientation import frames_of_poses, pose_of
-from ..program import SourceLine
-from .expressions import Aggregate, Binary, Component, Constant, Element, Expression, FunctionCall, Unary, Variable
-from .lexing import quoted, refuse
+from ....rigid import inverse
+from ...orientation import frames_of_poses, pose_of
+from ...program import SourceLine
+from ..expressions import Aggregate, Binary, Component, Constant, Element, Expression, FunctionCall, Unary, Variable
+from ..lexing import quoted, refuse
 from .number_kinds import (
     LARGEST_INTEGER,
     ComputedReal,
     MaybeInteger,
     TiedAngle,
     TurnAngle,
-    apart,
     calculated,
+    compares_alike,
     direction,
     function_value,
     is_real,
@@ -270,7 +270,7 @@ NEAR_DEG = 0.01  # of B from 90 degrees, and of A and C from 180, where other A 
 READ_MM, READ_DEG = 0.05, 0.01  # by which the controller may have a position otherwise than it was commanded
 
 
-def measured(T: Floats) -> dict[str, float]:
+def frame_as_read(T: Floats) -> dict[str, float]:
     """A matrix (4, 4), m, as the controller gives a position or the result of a computation, in mm and degrees."""
     frame = frame_dict(T)
     tied = is_tied([frame[name] for name in "ABC"])
@@ -337,7 +337,7 @@ def _binary(operator: str, a: Any, b: Any, scope: Scope) -> Any:
         return _COMPARED[operator](a, b)
     x, y = (number(value, scope, angle=operator in ("+", "-")) for value in (a, b))
     if operator in _COMPARED:
-        if not apart(x, y):
+        if not compares_alike(x, y):
             raise refuse(scope.where, f"compares {x:g} with {y:g}, closer than the seven digits of the controller tell")
         return _COMPARED[operator](x, y)
     return number(_arithmetic(operator, x, y, scope), scope)
@@ -367,7 +367,7 @@ def _geometric(a: Any, b: Any, scope: Scope) -> Any:
     """A frame in a frame; the result has what else the second has: S, T, external axes."""
     if isinstance(a, CoupledFrame):
         return UnknownValue("a frame on an external kinematic, with another put into it")
-    result: dict[str, Any] = measured(matrix(a, scope) @ matrix(b, scope))
+    result: dict[str, Any] = frame_as_read(matrix(a, scope) @ matrix(b, scope))
     return result | {name: value for name, value in b.items() if name not in CARTESIAN}
 
 
@@ -394,7 +394,7 @@ def _call(of: FunctionCall, scope: Scope) -> Any:
     if unknown is not None:
         return unknown
     if of.name == "INV_POS":
-        return measured(inverse(matrix(values[0], scope)))
+        return frame_as_read(inverse(matrix(values[0], scope)))
     if function is None:
         y, x = (number(value, scope) for value in values)
         return direction(y, x)

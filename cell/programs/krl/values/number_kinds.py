@@ -3,7 +3,7 @@
 Use:
 
     calculated("+", 0.1, 0.2)                 # ComputedReal(0.3.., 3e-8): the controller's may be off by that
-    deviation(calculated("+", 0.25, 0.5))     # 0.0: exact on every controller
+    deviation_of(calculated("+", 0.25, 0.5))     # 0.0: exact on every controller
 
 A controller's REAL has seven digits. So after R = R + 0.1, ten times, R < 1.0 may be true or false; such a comparison
 is refused, like all that depends on what is not known of a number.
@@ -59,7 +59,7 @@ def is_real(value: float) -> bool:
     return isinstance(value, float) and not isinstance(value, MaybeInteger)
 
 
-def deviation(value: float) -> float:
+def deviation_of(value: float) -> float:
     """By how much the controller's value may differ from a number."""
     if isinstance(value, ComputedReal):
         return value.deviation
@@ -77,7 +77,7 @@ def real(value: float, spread: float) -> float:
 
 def calculated(operator: str, x: float, y: float) -> float:
     """The result of ``+ - * /`` on REALs; y is not 0 for the last."""
-    by_x, by_y = deviation(x), deviation(y)
+    by_x, by_y = deviation_of(x), deviation_of(y)
     x, y = float(x), float(y)
     if operator in "+-":
         return real(x + y if operator == "+" else x - y, by_x + by_y)
@@ -95,7 +95,7 @@ def function_value(function: Callable[[float], float], x: float, *, rounds_right
         x: the number.
         rounds_rightly: whether the controller's result is the nearest REAL, as of a square root.
     """
-    value, by = function(float(x)), deviation(x)
+    value, by = function(float(x)), deviation_of(x)
     if not rounds_rightly:
         by = max(by, PRECISION * abs(x))
     beside = [function(float(x) + d) for d in (-by, by)] if by else []
@@ -106,19 +106,19 @@ def function_value(function: Callable[[float], float], x: float, *, rounds_right
 def direction(y: float, x: float) -> float:
     """ATAN2, degrees: an angle below 0 is known but for a whole turn."""
     value, length = math.degrees(math.atan2(y, x)), math.hypot(y, x)
-    spread = math.degrees((deviation(y) + deviation(x)) / length) if length else 0.0
+    spread = math.degrees((deviation_of(y) + deviation_of(x)) / length) if length else 0.0
     spread += FUNCTION_PRECISION * abs(value)
-    return TurnAngle(value) if y - deviation(y) < 0 else ComputedReal(value, spread)
+    return TurnAngle(value) if y - deviation_of(y) < 0 else ComputedReal(value, spread)
 
 
-def apart(x: float, y: float) -> bool:
+def compares_alike(x: float, y: float) -> bool:
     """Whether two numbers compare on every controller as they do here."""
     if isinstance(x, ComputedReal) or isinstance(y, ComputedReal):
-        return abs(x - y) > deviation(x) + deviation(y)
+        return abs(x - y) > deviation_of(x) + deviation_of(y)
     return True
 
 
 def rounds_alike(value: float) -> bool:
     """Whether every controller rounds a number to the same whole number."""
-    by = deviation(value)
+    by = deviation_of(value)
     return math.floor(value + 0.5 - by) == math.floor(value + 0.5 + by)
