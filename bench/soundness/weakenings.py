@@ -345,7 +345,7 @@ MUTANTS = (
     Mutant("cell/planning/bead_cut.py", ">= MOST_DETOUR * way", ">= 0.0 * way", (CUTS,)),
     Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector", (CUTS,)),
     Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector % max(len(blocked), 1)", (CUTS,)),
-    Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut)\n", "", (CUTS,)),
+    Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut)\n", "", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/infeasible_part.py", "        self.spent += spent\n        if not bead.whole:", "        if not bead.whole:\n            self.spent += spent", (CUTS,)),
     Mutant("cell/planning/part_plan.py", "        return self.loss_ahead.lost is not None\n", "        return False\n", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "return plan_runs(context, [replace(run, last=()) for run in runs], planned, progress)", "pass", (LOSS_AHEAD,)),

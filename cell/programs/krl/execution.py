@@ -35,6 +35,7 @@ HARMLESS_CALLS = frozenset(
 )
 READING = frozenset(("MSGNOTIFY", "MSGQUIT", "MSGSTATE", "CLEARMSG"))  # of these, those that set no argument
 NO_SUBPROGRAM = frozenset(("IR_STOPM", "USERSPOC"))
+OF_MACHINE = ("MACHINE_DEF", "EX_AX_DATA")
 STOPPING = frozenset(("$IN", "$OUT", "$ANIN", "$ANOUT", "$POS_ACT", "$AXIS_ACT"))  # read, they stop the advance run
 MOST_DEPTH = 120  # blocks that run in each other, over all calls
 
@@ -355,7 +356,7 @@ class Execution:
         if own in self.data.signals:
             place = self.data.signals[own]
             root, accessors = "$OUT", () if place is None else ((place,),)
-        if root in ("MACHINE_DEF", "EX_AX_DATA"):
+        if root in OF_MACHINE:
             raise refuse(self.where, f"assigns to {root}: where the table stands is what the case says")
         if not root.startswith("$"):
             self.data.set(root, accessors, value, whole=whole)
@@ -440,7 +441,7 @@ class Execution:
                 root = self.data.path(one.value[0])[0]
                 reference = self.data.parameter(root)
                 root = root if reference is None else reference.root
-                if root.startswith("$") and root not in HARMLESS - OF_TABLE:
+                if (root.startswith("$") and root not in HARMLESS - OF_TABLE) or root in OF_MACHINE:
                     return False
             elif one.op in ("if", "while", "loop", "repeat"):
                 if not self._moves_nothing((*one.body, *one.other)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from cell.planning.bead_outcome import BeadPlan
 from cell.planning.bead_runs import BeadRun, KnownBead, PartPlan, PlannedRun, PostponedRun
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
-from cell.planning.infeasible_part import Judged
+from cell.planning.infeasible_part import Judged, lost_bead
 from cell.planning.part_plan import plan_part, plan_runs
 from cell.planning.station_search import StationSearch
 from ik.chain import Floats
@@ -149,6 +150,17 @@ def test_a_loss_in_one_run_settles_the_postponed_beads_of_all_others(job):
     first = PartPlan((), (), {})
     planner = Planner([PlannedRun(first, False, up_to(2)), PlannedRun(EMPTY, True, None)])
     assert plan_runs(context_of(job), [run_of(0), run_of(1)], planner)[0] is first
+    assert len(planner.asked) == 1
+
+
+def test_a_postponed_bead_that_is_cut_loses_the_part_without_a_search(job, monkeypatch):
+    left_open, cut = lost_bead(0, 10, {}), lost_bead(0, 10, {})
+    doubtful = SimpleNamespace(first=0, stop=10)
+    first = PlannedRun(PartPlan((left_open,), (), {}), False, up_to(0), (doubtful,))
+    planner = Planner([first, PlannedRun(EMPTY, False, None)])
+    monkeypatch.setattr(part_plan, "first_cut_of", lambda *_: cut)
+    (bead,) = plan_runs(context_of(job), [run_of(0), run_of(1)], planner)[0].beads
+    assert bead is cut
     assert len(planner.asked) == 1
 
 

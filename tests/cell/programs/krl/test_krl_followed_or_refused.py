@@ -62,6 +62,7 @@ REFUSED = [
     ("SPLINE\nTIME_BLOCK START\nENDSPLINE\n", "TIME_BLOCK"),
     ("IF I==2 THEN\nELSE IF I==3 THEN\nENDIF\n", "has IF where the line should end"),
     ("CONTINUE\nWAIT SEC 1\n", "CONTINUE before WAIT SEC"),
+    ("IF $IN[1] THEN\nMACHINE_DEF[2].ROOT.X=5\nENDIF\n", "a condition decides on moves"),
     ("IF $IN[1] THEN\n$ASYNC_AXIS='B11'\nENDIF\n", "a condition decides on moves"),
     ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO $ASYNC_AXIS='B11'\n", r"sets \$ASYNC_AXIS"),
     ("TRIGGER WHEN PATH=R DELAY=0 DO ARC_ON ( )\n", "a computed PATH or DISTANCE"),
