@@ -15,6 +15,7 @@ from ..mesh.solid import Floats, Mesh
 from ..targets.targets import Targets
 
 MOST_OFF = 0.1  # of a bead's width: how far a bead may bow off the chord of one piece
+FLAT = 1e-6  # thickness over length, below which a piece has no volume
 MOST_TURN = np.deg2rad(10.0)  # between the deposition directions of one piece
 
 
@@ -40,7 +41,8 @@ def bead_hulls(targets: Targets, width_mm: float, *, below: bool = False) -> Ite
         for a, b in _runs(targets.position[rows], targets.normal[rows], MOST_OFF * width_mm):
             piece = count.get(number, 0)
             count[number] = piece + 1
-            yield f"deposit/{number}/{targets.sub_volume[sub_volume]}/{piece}", corners[a:b].reshape(-1, 3)
+            piece_corners = _with_volume(corners[a:b].reshape(-1, 3), width_mm)
+            yield f"deposit/{number}/{targets.sub_volume[sub_volume]}/{piece}", piece_corners
 
 
 def first_deposits(targets: Targets) -> tuple[int, ...]:
@@ -61,6 +63,15 @@ def _corners(targets: Targets, rows: slice, width_mm: float, below: bool) -> Flo
     ends[0], ends[-1] = -t[0], t[-1]
     low = low + ends * (width_mm / 2)
     return np.stack([low - side, low + side, low + height - side, low + height + side], axis=1)
+
+
+def _with_volume(corners: Floats, width_mm: float) -> Floats:
+    """A piece's corners (k, 3); of a bead that rises along its deposition direction a column as wide as the bead."""
+    spread, axes = np.linalg.svd(corners - corners.mean(axis=0), full_matrices=False)[1:]
+    if spread[2] > FLAT * spread[0]:
+        return corners
+    half = width_mm / 2 * axes[2]
+    return np.concatenate([corners - half, corners + half])
 
 
 def _runs(p: Floats, n: Floats, off: float) -> Iterator[tuple[int, int]]:

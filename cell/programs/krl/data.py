@@ -486,13 +486,15 @@ class Data:
 
         Args:
             arguments: as they were given.
-            structures: whether structures as well: hooks get those of their technology, which they only read.
+            structures: whether structures as well that are no points: hooks get those of their technology, which they
+                only read.
             later: whether it may do so at a time that is not known.
         """
         for argument in arguments:
             if isinstance(argument, (Variable, Component, Element)):
                 root, accessors = self.path(argument)
-                kept = not structures and isinstance(evaluate(argument, self._run), dict)
+                value = evaluate(argument, self._run)
+                kept = not structures and isinstance(value, dict) and not {"X", "A1"} & value.keys()
                 if not root.startswith("$") and not kept:
                     kind = FloatingValue if later else UnknownValue
                     self.set(root, accessors, kind(f"{quoted(root)} is set by what is not followed"))

@@ -67,3 +67,15 @@ def test_the_mesh_to_look_at_points_outwards():
     pieces = [corners for _, corners in bead_hulls(ring(), 4.0)]
     mesh = hulls_mesh("SV1", pieces)
     np.testing.assert_allclose(mesh.volume, sum(ConvexHull(corners).volume for corners in pieces), rtol=1e-9)
+
+
+def test_a_bead_that_rises_along_its_deposition_direction_is_a_column():
+    rows = np.zeros(4, dtype=np.int64)
+    place = np.array([[20.0, -10.0, 0.0], [20.0, 0.0, 0.0], [25.0, 0.0, 0.0], [25.0, 10.0, 0.0]])
+    out, along = np.tile([1.0, 0.0, 0.0], (4, 1)), np.tile([0.0, 1.0, 0.0], (4, 1))
+    targets = Targets(("SV1",), rows, rows, rows, place, out, along, np.full(4, 2.0), np.array([False]))
+    pieces = [corners for _, corners in bead_hulls(targets, 4.0)]
+    assert all(ConvexHull(corners).volume > 1.0 for corners in pieces)
+    held = [Delaunay(corners).find_simplex(np.array([[24.0, 0.0, 1.9], [24.0, 1.9, 0.0]])) >= 0 for corners in pieces]
+    assert np.any(held, axis=0).all()
+    hulls_mesh("beads", pieces)

@@ -337,7 +337,7 @@ def _binary(operator: str, a: Any, b: Any, scope: Scope) -> Any:
         return _COMPARED[operator](a, b)
     x, y = (number(value, scope, angle=operator in ("+", "-")) for value in (a, b))
     if operator in _COMPARED:
-        if not compares_alike(x, y):
+        if x is not y and not compares_alike(x, y):
             raise refuse(scope.where, f"compares {x:g} with {y:g}, closer than the seven digits of the controller tell")
         return _COMPARED[operator](x, y)
     return number(_arithmetic(operator, x, y, scope), scope)

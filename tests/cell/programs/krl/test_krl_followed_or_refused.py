@@ -75,6 +75,7 @@ REFUSED = [
     ("IF $IN[1] THEN\nBASE_DATA[1].Z=100\nENDIF\n$BASE=BASE_DATA[1]\n", "BASE_DATA is set where line"),
     ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO BASE_DATA[1].Z=1\nBASE_DATA[1]={Z 2}\n$BASE=BASE_DATA[1]\n", "by the TRIGGER"),
     ("N=1\nTRIGGER WHEN DISTANCE=1 DELAY=0 DO SX(N)\nN=1\nLIN {X 1}\nLIN {Z N}\n", "N is set by what is not followed"),
+    ("TRIGGER WHEN DISTANCE=1 DELAY=0 DO SX(BASE_DATA[1])\n$BASE=BASE_DATA[1]\n", "is set by what is not followed"),
     ("LIN {E1 ATAN2(SIN(180),COS(180))}\n", "an angle of ATAN2 that may be"),
     ("P[1]=XP\nLIN P\n", "goes to a point or to axes"),
     ("N=5\nV[1]=3\n$VEL=V\n", "depends on an unknown value|is a structure"),
@@ -95,6 +96,7 @@ def heights(program: Program) -> list[float]:
 @pytest.mark.parametrize(
     ("body", "others", "z"),
     [
+        ("R=0.1*3\nRR=1\nF.X=R\nR=F.X\nIF R==F.X THEN\nLIN {Z 8}\nENDIF\n", "", [8.0]),  # one number, copied
         ("R=0\nWHILE R<1.0\nR=R+0.125\nENDWHILE\nLIN {Z R}\n", "", [1.0]),  # exact on every controller
         ("IR_STOPM()\n", "DEF IR_STOPM()\nLIN {Z 3}\nEND\n", [3.0]),  # the program's own
         ("I=STRLEN(FX())\n", "DEFFCT INT FX()\nLIN {Z 4}\nRETURN 1\nENDFCT\n", [4.0]),
