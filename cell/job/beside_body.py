@@ -9,18 +9,16 @@ beside it, is there from the start like the body itself. Millimetres.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import product
 
 import numpy as np
 
 from ik.chain import Floats
 from slicing import Mesh, convex_hull
 
-from ..mjcf.convex_pieces import convex_pieces
+from ..mjcf.convex_pieces import CORNERS, convex_pieces
 
 PADDED_MM = 0.05  # by which what has no volume to speak of is made thicker
 FLAT = 1e-4  # thickness over length, below which it has none
-CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 def pieces_beside(solids: Sequence[Mesh]) -> dict[str, Floats]:

@@ -59,7 +59,8 @@ DEFAULTS: dict[str, Any] = {
     "FDEFAULT": {"TOOL_NO": 0.0, "BASE_NO": 0.0, "IPO_FRAME": "#BASE"},
 }
 MOST_ELEMENTS = 100_000  # of all arrays together
-OF_CONTROLLER = ("TOOL_DATA", "BASE_DATA", "MACHINE_DEF", "EX_AX_DATA")
+FRAME_LISTS = ("TOOL_DATA", "BASE_DATA")
+OF_MACHINE = ("MACHINE_DEF", "EX_AX_DATA")
 
 
 class RunningCall(Protocol):
@@ -194,14 +195,14 @@ class Data:
         """The value of a variable; ``UnknownValue`` where it has none that is known."""
         if name.startswith("$"):
             return self._of_controller(name)
-        if name in ("TOOL_DATA", "BASE_DATA"):
+        if name in FRAME_LISTS:
             return lambda indices: self.listed(name, indices[0])
         for scope in self._scopes():
             if name in scope.references:
                 return self._of_caller(scope.references[name], name, scope.kinds.get(name))
             if name in scope:
                 return scope[name]
-        if name in ("MACHINE_DEF", "EX_AX_DATA"):
+        if name in OF_MACHINE:
             first = 1 if name == "EX_AX_DATA" else 0  # the first external kinematic is the second machine
             return lambda indices: MachineReference(indices[0] + first)
         self._declared_beside(name)
@@ -210,21 +211,24 @@ class Data:
     def reference(self, argument: Expression) -> Reference:
         """What a parameter stands for that is given a variable, or a part of one."""
         root, accessors = self.path(argument)
-        if root.startswith("$") or root in OF_CONTROLLER:
+        if root.startswith("$") or root in FRAME_LISTS or root in OF_MACHINE:
             return Reference(None, root, accessors, None)
         known = self.parameter(root)
         if known is not None:
             kind = self._run.calls[-1].variables.kinds.get(root, known.kind)
             self._alike(root, kind, known)
             return Reference(known.scope, known.root, (*known.accessors, *accessors), self.types.along(kind, accessors))
-        if all(root not in scope for scope in self._scopes()):
-            self._declared_beside(root)
-        scope = next((scope for scope in self._scopes() if root in scope), self._everywhere)
+        scope = self._scope_of(root)
         return Reference(scope, root, accessors, self.types.along(_kind(scope, root), accessors))
 
     def parameter(self, name: str) -> Reference | None:
         """What a parameter of the part that runs stands for; None where the name is none, or has a value of its own."""
         return self._run.calls[-1].variables.references.get(name) if self._run.calls else None
+
+    def root_of(self, name: str) -> str:
+        """The variable that a name stands for: the caller's, of a parameter that is not IN."""
+        reference = self.parameter(name)
+        return name if reference is None else reference.root
 
     def _of_caller(self, reference: Reference, name: str, kind: str | None) -> Any:
         """The value of what a parameter stands for."""
@@ -298,17 +302,18 @@ class Data:
             value = self.types.held(self.types.along(kind, accessors), value, self._run)
             self._assign(reference.scope, reference.root, (*reference.accessors, *accessors), value, whole=whole)
             return
-        if all(name not in scope for scope in self._scopes()):
-            self._declared_beside(name)
-        # what is declared nowhere belongs to all: a part's own variables have to be declared in it
-        scope = next((scope for scope in self._scopes() if name in scope), self._everywhere)
-        self._assign(scope, name, accessors, value, whole=whole)
+        self._assign(self._scope_of(name), name, accessors, value, whole=whole)
 
     def is_declared(self, name: str) -> bool:
         """Whether a variable is known, be it from a .dat beside that declares it for all."""
-        if name not in self.signals and all(name not in scope for scope in self._scopes()):
+        scope = self._scope_of(name)  # which may read the .dat that has it, be it as the name of an output
+        return name in scope or name in self.signals
+
+    def _scope_of(self, name: str) -> VariableScope:
+        """Where a variable is; what is declared nowhere belongs to all: a part's own have to be declared in it."""
+        if all(name not in scope for scope in self._scopes()):
             self._declared_beside(name)
-        return name in self.signals or any(name in scope for scope in self._scopes())
+        return next((scope for scope in self._scopes() if name in scope), self._everywhere)
 
     def _assign(
         self, scope: VariableScope, name: str, accessors: Accessors, value: Any, *, whole: bool = False
@@ -361,7 +366,7 @@ class Data:
 
     def _before(self, scope: VariableScope, name: str, accessors: Accessors) -> Any:
         """What a variable holds before something is assigned to it, or to a part of it."""
-        if name in ("TOOL_DATA", "BASE_DATA") and accessors and isinstance(accessors[0], tuple):
+        if name in FRAME_LISTS and accessors and isinstance(accessors[0], tuple):
             if isinstance(scope.get(name), UnknownValue):
                 return scope[name]
             held = dict(scope.get(name, {}))

@@ -17,7 +17,7 @@ from typing import Any
 
 from ..controller import Controller
 from ..program import SourceLine
-from .data import Data
+from .data import OF_MACHINE, Data
 from .expressions import Component, Element, Expression, FunctionCall, Variable
 from .inner_calls import calls_of, missing, variables_of
 from .lexing import quoted, refuse
@@ -35,7 +35,6 @@ HARMLESS_CALLS = frozenset(
 )
 READING = frozenset(("MSGNOTIFY", "MSGQUIT", "MSGSTATE", "CLEARMSG"))  # of these, those that set no argument
 NO_SUBPROGRAM = frozenset(("IR_STOPM", "USERSPOC"))
-OF_MACHINE = ("MACHINE_DEF", "EX_AX_DATA")
 STOPPING = frozenset(("$IN", "$OUT", "$ANIN", "$ANOUT", "$POS_ACT", "$AXIS_ACT"))  # read, they stop the advance run
 MOST_DEPTH = 120  # blocks that run in each other, over all calls
 
@@ -315,8 +314,7 @@ class Execution:
     def _do_floats(self, statement: Statement) -> None:
         """A variable that a trigger sets."""
         name, unknown = statement.value
-        reference = self.data.parameter(name)
-        root = name if reference is None else reference.root
+        root = self.data.root_of(name)
         if root in self.data.signals or not self.data.is_declared(root):
             self._switched((), None)
         if root not in self.data.signals:
@@ -350,7 +348,7 @@ class Execution:
         reference = self.data.parameter(root)
         if reference is not None and reference.scope is None:
             root, accessors = reference.root, (*reference.accessors, *accessors)
-        own = root if reference is None else reference.root
+        own = self.data.root_of(root)
         if not own.startswith("$") and not self.data.is_declared(own) and isinstance(value, bool):
             self._switched((), None)  # it may be the name of an output
         if own in self.data.signals:
@@ -420,9 +418,7 @@ class Execution:
     def _may_switch(self, statement: Statement) -> bool:
         """Whether a statement may set an output, under its own name or another."""
         if statement.op == "assign":
-            root = self.data.path(statement.value[0])[0]
-            reference = self.data.parameter(root)
-            root = root if reference is None else reference.root
+            root = self.data.root_of(self.data.path(statement.value[0])[0])
             return root in ("$OUT", "$OUT_C") or root in self.data.signals or not self.data.is_declared(root)
         return any(self._may_switch(one) for one in (*statement.body, *statement.other))
 
@@ -438,9 +434,7 @@ class Execution:
             if any(True for of in _expressions_of(one) for _ in calls_of(of)):
                 return False
             if one.op == "assign":
-                root = self.data.path(one.value[0])[0]
-                reference = self.data.parameter(root)
-                root = root if reference is None else reference.root
+                root = self.data.root_of(self.data.path(one.value[0])[0])
                 if (root.startswith("$") and root not in HARMLESS - OF_TABLE) or root in OF_MACHINE:
                     return False
             elif one.op in ("if", "while", "loop", "repeat"):
