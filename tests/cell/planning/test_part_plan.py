@@ -16,7 +16,7 @@ from cell.part_chunks.chunked_plan import plan_in_chunks
 from cell.part_chunks.chunking import Chunking, Shared
 from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
-from cell.planning.bead_runs import BeadRun, KnownBead, PartPlan, PlannedRun, PostponedRun
+from cell.planning.bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
 from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
 from cell.planning.infeasible_part import Judged, lost_bead
@@ -52,9 +52,9 @@ def same(one: PartPlan, two: PartPlan) -> bool:
     )
 
 
-def first_bead_in_full(context: Context, first: int, stop: int, q_before: Floats | None, _: float) -> KnownBead:
+def first_bead_in_full(context: Context, first: int, stop: int, q_before: Floats | None, _: float) -> BeadPlan:
     """The first bead as it is found where it need not be postponed."""
-    return KnownBead(part_plan.plan_bead(context, first, stop, q_before), 0.0)
+    return part_plan.plan_bead(context, first, stop, q_before)
 
 
 def out_of_reach(job: Job, *layers: int) -> Job:
@@ -89,7 +89,7 @@ def every_bead_postponed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[
 @pytest.mark.parametrize("chunking", [None, FOUR], ids=["one chunk", "four"])
 def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_bead_postponed, chunking, monkeypatch):
     """But for the first bead of several chunks, whose end is where the others are begun from."""
-    monkeypatch.setattr(chunk_starts, "known_bead", first_bead_in_full)
+    monkeypatch.setattr(chunk_starts, "first_bead", first_bead_in_full)
     at_once = every_bead_postponed(no_budget=False)
     plan = planned(job, chunking)
     assert all(bead.whole for bead in plan.beads)
