@@ -142,7 +142,7 @@ def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | No
     Returns:
         The branch, and the sample at each target, (t,); None where there is no way.
     """
-    branches, count = cost.shape[1:]
+    count = cost.shape[2]
     if count == len(shifts) == 1:  # of a held roll each branch has one way
         return steadiest(cost, edges, np.inf)
     source = (np.arange(count) - shifts[:, None]) % count

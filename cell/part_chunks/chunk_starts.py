@@ -1,6 +1,6 @@
 """Where the arm comes from to each chunk of a part, said before any chunk is planned.
 
-    lost, q_before = beginnings(context, chunks)
+    q_before = beginnings(context, chunks)
 
 The end of the part's first bead is known from a quick search that does not follow the arm from target to target. From
 there on, the arm is followed from chunk to chunk: at the last target before each, in the free configuration that is
@@ -19,53 +19,44 @@ from ik.chain import Floats
 from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
 from ..planning.edges.edge_check import UNLIMITED_SPEED, SearchedBead
-from ..planning.part_plan import first_bead
 from ..planning.station_search import Ends, StationSearch
 from .chunking import Chunk
 
 TRIED_TOGETHER = 8  # configurations at a time
 
 
-def beginnings(context: Context, chunks: Sequence[Chunk]) -> tuple[bool, list[Floats | None]]:
-    """Whether the first bead is lost, and where the arm comes from to each chunk after the first.
+def beginnings(context: Context, chunks: Sequence[Chunk]) -> list[Floats | None]:
+    """Where the arm comes from to each chunk after the first.
 
     Args:
         context: what the part is planned with.
         chunks: of the part, in order; two at least.
 
     Returns:
-        Whether the part is known to be lost by its first bead; and for each chunk after the first a configuration,
-        (j,), rad, None where none is known.
+        For each a configuration, (j,), rad, None where none is known.
     """
-    lost, q = _end_of_first_bead(context, chunks[0], 1 / len(chunks))
-    found: list[Floats | None] = []
-    before = [chunk.firsts[0] - 1 for chunk in chunks[1:]]
+    first, stop = chunks[0].firsts[0], [*chunks[0].firsts[1:], chunks[0].stop][0]
+    end = _end_of_quick_search(context, first, stop)
+    ends = [chunk.firsts[0] - 1 for chunk in chunks[1:]]
+    some = ends if end is not None else [stop - 1, *ends]
     nodes = nodes_at_rolls(
-        context.solver, context.placed.rows(before), context.window, context.settings.roll_step, context.limits
+        context.solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
     )
-    for i, of_target, cost in zip(before, nodes.q, nodes.cost, strict=True):
-        some = np.isfinite(cost)
-        q = _nearest(context, i, of_target[some], cost[some], q)
+    q, found = context.span.start if end is None else end, []
+    for i, of_target, cost in zip(some, nodes.q, nodes.cost, strict=True):
+        allowed = np.isfinite(cost)
+        q = _nearest(context, i, of_target[allowed], cost[allowed], q)
         found.append(q)
-    return lost, found
+    return found[-len(ends) :]
 
 
-def _end_of_first_bead(context: Context, chunk: Chunk, share: float) -> tuple[bool, Floats | None]:
-    """Whether the first bead is lost, and where it is expected to end, (j,), rad; None where nothing is known of it.
-
-    A bead of which a quick search finds no path is planned as its chunk will plan it.
-    """
-    firsts, start = chunk.firsts, context.span.start
-    stop = firsts[1] if len(firsts) > 1 else chunk.stop
-    bead = SearchedBead.of(context, firsts[0], stop)
-    if StationSearch.suits(bead):
-        path = StationSearch(bead, context.settings.roll_step, Ends(start)).cheapest_path()
-        if path is not None:
-            return False, path[2][-1]
-    plan = first_bead(context, firsts[0], stop, start, share)
-    if plan is None:
-        return False, start
-    return not plan.whole, plan.stretches[-1].q_targets[-1] if plan.stretches else start
+def _end_of_quick_search(context: Context, first: int, stop: int) -> Floats | None:
+    """Where a bead ends on the path that a quick search of it finds, (j,), rad; None where it finds none."""
+    bead = SearchedBead.of(context, first, stop)
+    if not StationSearch.suits(bead):
+        return None
+    path = StationSearch(bead, context.settings.roll_step, Ends(context.span.start)).cheapest_path()
+    return None if path is None else path[2][-1]
 
 
 def _nearest(context: Context, i: int, q: Floats, cost: Floats, q_before: Floats | None) -> Floats | None:

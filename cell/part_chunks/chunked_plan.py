@@ -62,10 +62,8 @@ class _BesidePlanning(Aside):
         self.runs = [BeadRun(chunk.firsts, chunk.stop, start, reduced=True, share=share, last=last) for chunk in chunks]
 
     def __call__(self) -> None:
-        lost, q_before = beginnings(self._context, self._chunks)
-        # the first may be at work by now: it begins from where it is known to, and learns of its first bead by itself
-        others = zip(self.runs[1:], q_before, strict=True)
-        self.runs[1:] = [replace(run, q_before=q, lost=lost) for run, q in others]
+        q_before = beginnings(self._context, self._chunks)
+        self.runs[1:] = [replace(run, q_before=q) for run, q in zip(self.runs[1:], q_before, strict=True)]
         self._worth_it = self._meanwhile is None or bool(self._meanwhile())
 
     def next_task(self, found: Sequence[PlannedRun | None], *, here: bool) -> Task | None:

@@ -15,8 +15,6 @@ from functools import partial
 
 import numpy as np
 
-from ik.chain import Floats
-
 from ..arrays import Ints
 from ..failure import Failure, FailurePlace, Where
 from ..progress import Progress, counted_progress
@@ -287,23 +285,6 @@ class _RunSearch:
             if self.loss_ahead.lost is not None:
                 self.judge.lost, self.ahead.most_misses = True, 1  # what is like that bead is not found so either
         return self.loss_ahead.lost is not None
-
-
-def first_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> BeadPlan | None:
-    """The first bead of a run, planned by itself at no more cost than as one of the run.
-
-    Args:
-        context: what the search needs.
-        first: its first target.
-        stop: one past its last.
-        q_before: where the arm comes from, (j,), rad, or None.
-        share: as of the run.
-
-    Returns:
-        The bead; None where the run would postpone it.
-    """
-    judge = InfeasiblePartJudge(context, first, share, full_searches=0)
-    return judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
 
 
 def travel_failure(travel: Failure, last: Stretch, first: int) -> Failure:

@@ -19,7 +19,7 @@ from cell.planning.bead_cut import find_cut, roll_sectors
 from cell.planning.bead_plan import plan_bead
 from cell.planning.bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
 from cell.planning.context import Context
-from cell.planning.infeasible_part import DoubtfulBead, InfeasiblePartJudge, Judged, lost_alone
+from cell.planning.infeasible_part import DoubtfulBead, Judged, lost_alone
 from cell.planning.part_plan import BeadPlan, plan_runs
 from cell.rigid import frames
 from cell.scene.scene import table_angles
