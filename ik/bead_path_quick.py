@@ -106,8 +106,9 @@ def prices(chain: Chain, q: Floats, rolls: Floats, bounds: Bounds, shifts: Ints,
     at_a_time = max(BLOCK // max(out[:1].size, 1), 1)
     for first in range(0, len(out), at_a_time):
         price, stop = out[first : first + at_a_time], min(first + at_a_time, len(out))
-        move, needed, furthest, whole = (np.empty_like(price) for _ in range(4))
-        needed.fill(0.0), furthest.fill(0.0), price.fill(0.0)
+        price[:] = 0.0
+        needed, furthest = np.zeros_like(price), np.zeros_like(price)
+        move, whole = np.empty_like(price), np.empty_like(price)
         for j in range(len(q)):
             np.subtract(q[j, first + 1 : stop + 1, :, None], q[j, first:stop].take(source, axis=2), out=move)
             if turning[j]:
