@@ -32,7 +32,7 @@ def rest_of_built(built: Sequence[Mesh], hulls: Mapping[str, Floats]) -> dict[st
         built: sub-volumes that are there from the start.
         hulls: vertices of convex pieces by geom name, those of the body and of the sub-volumes' layers among them.
     """
-    rest = {}
+    rest: dict[str, Floats] = {}
     for solid in built:
         of_it = ("body/", f"built/{solid.name}/")
         left = _left(solid, [points for name, points in hulls.items() if name.startswith(of_it)])

@@ -324,7 +324,7 @@ def _tangents(bead: Ints, p: Floats, n: Floats, closed: Bools) -> Floats:
 
 
 def _passed_over(table: _CsvRows) -> tuple[Warning, ...]:
-    """Warnings of columns that are not used, and of kinds of rows that are welded though they may not be meant to be."""
+    """Warnings of columns that are not used, and of kinds of rows that are welded though they may not be meant so."""
     found, name = [], Path(table.source).name
     others = table.columns["_others"]
     if others:
