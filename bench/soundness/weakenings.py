@@ -36,6 +36,7 @@ BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_m
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
+BUILT = "cell/job/test_built_solids.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
@@ -214,6 +215,11 @@ MUTANTS = (
     Mutant("slicing/decomposition/cut.py", "            kept += part\n            beside.append((vertices, faces))\n            (ends if", "            kept += part\n            (ends if", (BESIDE,)),
     Mutant("cell/job/job.py", "shape.hulls | pieces_beside(part.beside_profile)", "shape.hulls", (BESIDE,)),
     Mutant("cell/job/wire_in_metal.py", "and case.slicing.strategy != \"revolved\"", "", (METAL,)),
+    Mutant("cell/job/job.py", "shape.hulls | rest_of_built([s.mesh for s, _ in built], shape.hulls)", "shape.hulls", (BUILT,)),
+    Mutant("cell/job/built_solids.py", 'of_it = ("body/", f"built/{solid.name}/")', 'of_it = ("body/", "built/")', (BUILT,)),
+    Mutant("slicing/toolpaths/bead_hulls.py", "further[1:-1] = half * np.sqrt(", "further[1:-1] = 0.0 * np.sqrt(", ("slicing/toolpaths/test_bead_hulls.py",)),
+    Mutant("slicing/toolpaths/bead_hulls.py", "_across(step, n[:-1], t[:-1]), _across(step, n[1:], t[1:])", "t[:-1], t[1:]", ("slicing/toolpaths/test_bead_hulls.py",)),
+    Mutant("slicing/toolpaths/csv_file.py", "(np.diff(number) != 0) | (np.diff(rows) > 1)", "np.diff(number) != 0", ("slicing/toolpaths/test_csv_file.py",)),
     Mutant("cell/job/beside_body.py", "if spread[2] < FLAT * spread[0]:", "if False:", (BESIDE,)),
     Mutant("cell/job/job.py", "return self.laid - 1 if self.case.part.toolpath is None else self.deposits_before", "return self.laid - 1", (METAL,)),
     Mutant("cell/cli/main.py", "    _refuse_empty(args)\n", "", ("cell/cli/test_exit_codes.py",)),
