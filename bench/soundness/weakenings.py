@@ -67,6 +67,7 @@ MUTANTS = (
     Mutant("cell/scene/equipment.py", "if len(child.worldbody.geoms) or own_origin:", "if len(child.worldbody.geoms):", ("cell/scene/test_compose.py",)),
     Mutant("cell/scene/wire_end.py", "if beside > max(BESIDE, wide):", "if beside > 10 * max(BESIDE, wide):", ("cell/scene/test_wire_end.py",)),
     Mutant("cell/scene/wire_end.py", "if abs(ahead) <= OFF_END:", "if ahead <= OFF_END:", ("cell/scene/test_wire_end.py",)),
+    Mutant("cell/scene/workpiece.py", 'if path.suffix.lower() != ".obj":', "if True:", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/scene/table_axes.py", 'if len(joints) == 2 and (first == "E2" or second == "E1"):', "if False:", ("cell/scene/test_table_axes.py",)),
     # bounds
     Mutant("cell/collision/proofs/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),

@@ -17,7 +17,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from ik.chain import Floats
-from slicing import Code, Mesh, PartShape, Warning
+from slicing import Code, Mesh, PartError, PartShape, Warning, read_triangles
 
 from ..case.cell_sections import Fixture
 from ..case.part_sections import Support
@@ -205,8 +205,25 @@ def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
     if not path.is_file():
         raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {path}: no such file")
     name = f"fixture/{fixture.name}/mesh"
-    world.add_mesh(name=name, file=str(path.resolve()), scale=[UNIT[fixture.units]] * 3)
+    try:
+        _add_mesh(world, name, path.resolve(), UNIT[fixture.units])
+    except PartError as error:
+        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
     return name
+
+
+def _add_mesh(spec: mujoco.MjSpec, name: str, path: Path, scale: float) -> None:
+    """Add a mesh file to a model; of an OBJ all objects, of which MuJoCo takes the faces of the first alone.
+
+    Raises:
+        PartError: an OBJ cannot be read.
+    """
+    if path.suffix.lower() != ".obj":
+        spec.add_mesh(name=name, file=str(path), scale=[scale] * 3)
+        return
+    found = read_triangles(path)
+    faces = found.faces.astype(np.int32)
+    spec.add_mesh(name=name, uservert=(found.vertices * scale).ravel(), userface=faces.ravel())
 
 
 def _solids(assembly: CellAssembly, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -245,7 +262,7 @@ def _cut_up(path: str, scale: float, *_changed: int) -> ConvexPieces:
     import trimesh
 
     spec = mujoco.MjSpec()
-    spec.add_mesh(name="mesh", file=path, scale=[scale] * 3)
+    _add_mesh(spec, "mesh", Path(path), scale)
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
     model = spec.compile()
     turn = np.zeros(9)
