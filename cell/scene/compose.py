@@ -28,6 +28,7 @@ from ..mjcf.chain_from_model import chain_of, check_base, check_count, check_nam
 from ..mjcf.detection import lean_cylinders, make_detectable
 from ..mjcf.held_joints import HeldJoints
 from ..mjcf.model_names import require
+from ..mjcf.wire_end import check_wire_end
 from ..progress import phase
 from .absent_shapes import links_without_shapes, wire_warnings
 from .composition import BodyOwner, CellAssembly, one_line
@@ -36,7 +37,6 @@ from .equipment import add_positioner, add_robot, leave_out_table
 from .part_contact import part_contact_warnings, sunk
 from .scene import Scene
 from .table_axes import table_axes
-from .wire_end import check_wire_end
 from .workpiece import MANY_PIECES, add_fixture, add_part
 from .world import surroundings
 
