@@ -26,6 +26,7 @@ from ..errors import InputError
 from ..freed_memory import give_back
 from ..mjcf.chain_from_model import chain_of, check_base, check_count, check_names
 from ..mjcf.detection import lean_cylinders, make_detectable
+from ..mjcf.finite_numbers import require_finite
 from ..mjcf.held_joints import HeldJoints
 from ..mjcf.model_names import require
 from ..mjcf.wire_end import check_wire_end
@@ -75,6 +76,7 @@ def _compiled(cell: Uncompiled, part: PartShape) -> Scene:
         model = pieces.world.compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
+    require_finite(model, str(case.path))
     lean_cylinders(model)
     scene = _bind(pieces, model, part, cell.arm.home)
     told = (*cell.arm.warnings, *cell.table.warnings, *_without_home(case, scene, cell.arm))
@@ -249,6 +251,6 @@ def _speeds(model: mujoco.MjModel, case: Case) -> Floats:
         raise InputError(
             f"{case.path}: robot.max_speed_deg_s: needed, since the robot's MJCF has no numeric max_speed_deg_s"
         ) from None
-    if len(speeds) != n or not np.all(speeds > 0):
+    if len(speeds) != n or not np.all((speeds > 0) & np.isfinite(speeds)):
         raise InputError(f"{case.path}: the robot's numeric max_speed_deg_s needs {n} positive values")
     return np.deg2rad(speeds)

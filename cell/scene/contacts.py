@@ -19,6 +19,7 @@ from ik.chain import Floats
 from slicing import Code, Warning
 
 from ..errors import InputError
+from ..mjcf.finite_numbers import require_finite
 from .composition import BodyOwner, CellAssembly, one_line
 
 # contact bits: the wire may touch the part and nothing else
@@ -62,7 +63,7 @@ def pair_tool_with_arm(assembly: CellAssembly) -> None:
     tool where they stand out beyond the flange. To be called before the positioner is added.
 
     Raises:
-        InputError: the arm and its tool do not compile.
+        InputError: the arm and its tool do not compile, or a number of theirs is none.
     """
     case, world = assembly.case, assembly.world
     joints = [world.joint(assembly.name(BodyOwner.ROBOT, "joints", name)) for name in case.robot.joints]
@@ -72,6 +73,7 @@ def pair_tool_with_arm(assembly: CellAssembly) -> None:
         model = world.copy().compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the robot with its tool does not compile: {one_line(error)}") from None
+    require_finite(model, str(case.path))
     wrist = _ToolPairs(model, assembly, tuple(model.joint(joint.name).id for joint in joints))
     left_out = []
     for tool, arm in wrist.unseen():
