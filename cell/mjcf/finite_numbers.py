@@ -48,6 +48,6 @@ def require_finite(model: mujoco.MjModel, where: str) -> None:
                     f"within {LARGEST:g} is needed"
                 )
     if not np.isfinite(model.mesh_vert).all():
-        found = int(np.flatnonzero(~np.isfinite(model.mesh_vert).all(axis=1))[0])
-        mesh = int(np.searchsorted(model.mesh_vertadr, found, side="right")) - 1
+        vertex = int(np.flatnonzero(~np.isfinite(model.mesh_vert).all(axis=1))[0])
+        mesh = int(np.searchsorted(model.mesh_vertadr, vertex, side="right")) - 1
         raise InputError(f"{where}: mesh {model.mesh(mesh).name or mesh}: a vertex is not a number")
