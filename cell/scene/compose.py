@@ -31,7 +31,7 @@ from ..mjcf.held_joints import HeldJoints
 from ..mjcf.model_names import require
 from ..mjcf.wire_end import check_wire_end
 from ..progress import phase
-from .absent_shapes import links_without_shapes, wire_warnings
+from .absent_shapes import links_without_shapes, tiny_links, wire_warnings
 from .composition import BodyOwner, CellAssembly, one_line
 from .contacts import pair_tool_with_arm, set_contact_bits
 from .equipment import add_positioner, add_robot, leave_out_table
@@ -172,6 +172,7 @@ def _bind(pieces: CellAssembly, model: mujoco.MjModel, part: PartShape, home: di
         warnings=(
             *pieces.warnings,
             *links_without_shapes(model, arm_joints, there, piece),
+            *tiny_links(model, arm_joints, piece),
             *wire_warnings(model, wire_geom),
             *wire_end,
         ),

@@ -31,6 +31,7 @@ from .equipment import PLATE, UNIT, quaternion_about
 
 MANY_PIECES = 256  # of the part in one body
 
+SMALL_MM = 5.0  # of a fixture's mesh, that is rather in another unit
 FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
 
 COLOUR = {
@@ -235,6 +236,11 @@ def _solids(assembly: CellAssembly, fixture: Fixture, shape: dict[str, Any]) -> 
         found = _cut_up(str(path), UNIT[fixture.units], changed.st_mtime_ns, changed.st_size)
     except ValueError as error:
         raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
+    corners = np.concatenate(found.pieces)
+    extent = float(np.ptp(corners, axis=0).max()) / METRES_PER_MM
+    if extent < SMALL_MM:
+        text = f"largest extent {extent:.4g} mm with units: {fixture.units}; is it in another?"
+        assembly.warnings.append(Warning(Code.MESH_UNITS, f"fixtures.{fixture.name}.mesh: {text}"))
     if found.excess > FILLED:
         more = "collisions are checked with its convex hull, since it is not closed"
         if np.isfinite(found.excess):

@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import ConvexHull
+from support.cells.cell_models import ARM, write_case
 
 from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
 from cell.scene.composition import BodyOwner
+from slicing.warning import Code
 
 PLACE = np.array([1.3, 0.9, 1.2])  # m
 
@@ -81,3 +83,27 @@ def test_an_obj_that_cannot_be_read_is_refused_in_one_line(make_case, tmp_path, 
     with pytest.raises(InputError, match=r"fixtures\.channel\.mesh: .*fixture\.obj: ") as raised:
         cell_of(make_case, tmp_path, text)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(("units", "told"), [("mm", True), ("m", False), ("inch", False)])
+def test_a_fixture_that_is_rather_in_another_unit_is_told(make_case, tmp_path, units, told):
+    trimesh.creation.box((0.6, 0.5, 0.4)).export(tmp_path / "box.stl")
+    fixture = {"name": "box", "mesh": str(tmp_path / "box.stl"), "units": units, "position_mm": [0, 2000, 900]}
+    job = prepare(load_case(make_case(fixtures=[fixture])))
+    said = [str(line) for line in job.warnings if getattr(line, "code", None) is Code.MESH_UNITS]
+    assert said == (["fixtures.box.mesh: largest extent 0.6 mm with units: mm; is it in another?"] if told else [])
+
+
+@pytest.mark.parametrize(("scale", "told"), [("1e-6", True), ("1e-3", False)])
+def test_a_link_whose_mesh_is_scaled_twice_is_told(tmp_path, scale, told):
+    bar = trimesh.creation.box((800.0, 100.0, 100.0), trimesh.transformations.translation_matrix((400, -170, 0)))
+    bar.export(tmp_path / "bar.stl")
+    upper = '<geom name="upper" type="capsule" size="0.09" fromto="0.025 -0.17 0 0.825 -0.17 0"/>'
+    assert upper in ARM
+    heavy = '<inertial pos="0 0 0" mass="5" diaginertia="1 1 1"/><geom name="upper" type="mesh" mesh="bar"/>'
+    mesh = f'<asset><mesh name="bar" file="bar.stl" scale="{scale} {scale} {scale}"/></asset><worldbody>'
+    arm = ARM.replace("<worldbody>", mesh).replace(upper, heavy)
+    job = prepare(load_case(write_case(tmp_path, "cell", arm=arm)))
+    said = [str(line) for line in job.warnings if getattr(line, "code", None) is Code.LINK_WITHOUT_SHAPES]
+    assert len(said) == told
+    assert not told or "link_2 (0.84 of 890 mm)" in said[0]
