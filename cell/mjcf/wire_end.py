@@ -67,13 +67,26 @@ def check_wire_end(model: mujoco.MjModel, site: int, wires: NDArray[np.bool_], c
     ends = [_end(model, data, geom, z) for geom in np.flatnonzero(wires).tolist()]
     if not ends:
         return ()
-    beside, wide = min((float(np.linalg.norm((end - place) - (end - place) @ z * z)), wide) for end, wide in ends)
-    if beside > max(BESIDE, wide):
+    beside = _beside(np.array([(end - place) - (end - place) @ z * z for end, _ in ends]))
+    if beside > max(BESIDE, *(wide for _, wide in ends)):
         raise InputError(
             f"{where}site {case.tool.tcp} is {beside / METRES_PER_MM:.1f} mm beside the end of the wire "
             f"({', '.join(case.tool.wire)}); it must be at the wire's end"
         )
     return tuple(_off_end(max(float((end - place) @ z) for end, _ in ends), case))
+
+
+def _beside(ends: Floats) -> float:
+    """How far the TCP is from the ends of wires, or from between two of them as of a tandem torch, m.
+
+    Args:
+        ends: seen along the wire, from the TCP, (k, 3).
+    """
+    a, b = (ends[k] for k in np.triu_indices(len(ends)))
+    way = b - a
+    square = np.einsum("ki,ki->k", way, way)
+    share = np.clip(-np.einsum("ki,ki->k", a, way) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    return float(np.linalg.norm(a + share[:, None] * way, axis=1).min())
 
 
 def _off_end(ahead: float, case: Case) -> Iterator[Warning]:

@@ -18,12 +18,12 @@ SHAPES = {
 }
 
 
-def said(folder, wire, place):
+def said(folder, wire, place, names=("wire",)):
     """What is told of the wire with the TCP at a place."""
     assert SITE in TORCH
     assert WIRE in TORCH
     torch = TORCH.replace(SITE, f'<site name="tcp" pos="{place}"/>').replace(WIRE, wire)
-    job = prepare(load_case(write_case(folder, "cell", torch=torch)))
+    job = prepare(load_case(write_case(folder, "cell", torch=torch, tool={"wire": list(names)})))
     return [str(line) for line in job.warnings if getattr(line, "code", None) is Code.WIRE_SHAPE]
 
 
@@ -48,3 +48,18 @@ def test_a_wire_that_does_not_end_at_the_tcp_is_told(tmp_path, shape, place, wor
 def test_a_tcp_at_the_nozzle_is_refused(tmp_path):
     with pytest.raises(InputError, match="the site must be at the wire's end"):
         said(tmp_path, WIRE, "0 0 0.344")
+
+
+@pytest.mark.parametrize(
+    ("place", "off"), [("0 0.0015 0.357", None), ("0 0.003 0.357", "3.0"), ("0.008 0 0.357", "4.0")]
+)
+def test_a_tcp_between_two_wires_is_between_their_ends(tmp_path, place, off):
+    two = "".join(
+        WIRE.replace('"wire"', f'"wire_{k}"').replace("0 0 0.3505", f"{x} 0 0.3505")
+        for k, x in enumerate((-0.004, 0.004))
+    )
+    if off is None:
+        assert said(tmp_path, two, place, ("wire_0", "wire_1")) == []
+        return
+    with pytest.raises(InputError, match=rf"{off} mm beside the end of the wire \(wire_0, wire_1\)"):
+        said(tmp_path, two, place, ("wire_0", "wire_1"))
