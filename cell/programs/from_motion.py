@@ -32,6 +32,7 @@ from .cell_controller import ProgramFrames
 from .cell_frames import tables_seen_from_base
 from .orientation import pose_of
 from .program import Event, EventKind, MoveKind, Moves, Program
+from .running.external_axes import endless_axes
 from .running.interpolation import angles_between, turned_shares
 
 WINDOW_S = 2.0  # over which points are counted
@@ -41,6 +42,9 @@ TRAVEL_STEP = 1e-4  # likewise of ways with the arc off
 MOST_LINE_SPEED = 2.0  # m/s of a line: what a controller takes
 FIRST_SHARE = 0.1  # of the axes' speed to the first point, from wherever the arm is
 JOINT_LINE = 1e-6  # rad that rows may be off the straight line of all axes
+MOST_TURN = float(
+    np.deg2rad(120.0)
+)  # of an endless axis in one move: from half a turn on a controller may go the other way
 WAIT = 1e-4  # s: rows at one place that last longer are a wait
 
 
@@ -315,6 +319,8 @@ class _Made:
         if (np.diff(share) < 0).any():
             return False
         limits, table = self.thinning, self.motion.table
+        if self._turns_too_far(a, b):
+            return False
         if (np.linalg.norm(p - start[:3, 3] - share[:, None] * way, axis=1) > limits.chord).any():
             return False
         external = np.abs(table[a] + share[:, None] * (table[b] - table[a]) - table[inner])
@@ -331,6 +337,8 @@ class _Made:
         if length < NO_MOVE**2:
             return False
         share = np.clip((inner - self.axes[a]) @ way / length, 0.0, 1.0)
+        if self._turns_too_far(a, b):
+            return False
         off = np.abs(self.axes[a] + share[:, None] * way - inner).max(axis=1)
         return bool((off <= JOINT_LINE).all() and (np.diff(share) >= 0).all())
 
@@ -363,6 +371,11 @@ class _Made:
             external_share=np.full(m, section.external_speed_percent / 100),
             blend=np.array(self.blend),
         )
+
+    def _turns_too_far(self, a: int, b: int) -> bool:
+        """Whether an endless axis turns so far from one row to another that a controller may go the other way."""
+        turn = np.abs(self.motion.table[b] - self.motion.table[a])
+        return bool((turn[endless_axes(self.job.scene)] > MOST_TURN).any())
 
 
 def _farthest(fits: Callable[[int, int], bool], first: int, last: int) -> int:

@@ -22,12 +22,12 @@ from ...failure import IN_ROWS, Failure, Kind
 from ...job.job import Job
 from ...motion.motion import JUMP
 from ...rigid import inverse
-from ...scene.scene import table_angles
 from ...scene.site_frames import T_flange_tcp
 from ..cell_frames import tables_seen_from_base
 from ..orientation import frames_of_poses
 from ..program import MoveKind, Program
 from .configuration_tracking import ConfigurationTracker
+from .external_axes import table_ends
 from .interpolation import Circles, angles_between, on_lines
 
 OFF, TURNED = 4e-6, np.deg2rad(0.004)  # m and rad that a straight line of the axes is off the programmed way at most
@@ -82,7 +82,7 @@ class _Walk:
         self.program, self.job, self.moves = program, job, program.moves
         self.tracker = ConfigurationTracker(job.solver)
         self.n = job.scene.chain.n
-        self.external = _held(self.moves.external, job)
+        self.external = table_ends(self.moves, job)
         self.to_tool = [inverse(T_flange_tcp(job.scene)) @ tool.T_flange_tcp for tool in program.tools]
         self.failures: dict[int, Failure] = {}
         self.parts: list[tuple[Floats, Ints, Floats, Floats]] = []
@@ -292,12 +292,6 @@ class _CartesianMoves:
         away = np.linalg.norm(wanted[:, :3, 3] - is_[:, :3, 3], axis=1)
         bad: Floats = (away > OFF) | (angles_between(wanted[:, :3, :3], is_[:, :3, :3]) > TURNED)
         return bad
-
-
-def _held(external: Floats, job: Job) -> Floats:
-    """E1, E2 at the end of every move, (m, 2), rad; an axis that is never given stands where the case has it."""
-    table = np.array(table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
-    return np.where(np.isfinite(external), external, table)
 
 
 def move_label(program: Program, move: int) -> str:
