@@ -37,6 +37,7 @@ EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
 ENDLESS = "cell/programs/running/test_endless_axes.py"
+NEAR = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
@@ -283,6 +284,8 @@ MUTANTS = (
     Mutant("cell/programs/exported/exported.py", "[*case_files(self.job.case), *reads]", "reads", (EXPORTED,)),
     Mutant("cell/programs/exported/written_files.py", "if made and not done and folder is not None:", "if False:", (EXPORTED,)),
     Mutant("cell/programs/program_check.py", "    yield from _tools(run, job)\n", "", (PROGRAMS,)),
+    Mutant("cell/programs/from_motion.py", "np.flatnonzero(np.diff(near[begin - at : w - at]))", "np.zeros(0, dtype=np.int64)", (NEAR,)),
+    Mutant("cell/programs/from_motion.py", "        if slow:\n            limit", "        if False:\n            limit", (NEAR,)),
     Mutant("cell/programs/from_motion.py", "float(np.deg2rad(120.0))", "float(np.deg2rad(360.0))", (ENDLESS,)),
     Mutant("cell/programs/running/external_axes.py", "given[:, k] = np.unwrap(given[:, k])", "pass", (ENDLESS,)),
     Mutant("cell/programs/running/external_axes.py", "(turn > np.pi - OPEN)", "(turn > 2 * np.pi - OPEN)", (ENDLESS,)),
