@@ -44,9 +44,7 @@ MOST_LINE_SPEED = 2.0  # m/s of a line: what a controller takes
 FIRST_SHARE = 0.1  # of the axes' speed to the first point, from wherever the arm is
 SAME_RETRACTION = 1e-6  # m, likewise of where the torch is drawn back to
 JOINT_LINE = 1e-6  # rad that rows may be off the straight line of all axes
-MOST_TURN = float(
-    np.deg2rad(120.0)
-)  # of an endless axis in one move: from half a turn on a controller may go the other way
+MOST_TURN = float(np.deg2rad(120.0))  # of an endless axis in a move: from 180 deg on it would go the other way
 WAIT = 1e-4  # s: rows at one place that last longer are a wait
 
 
