@@ -36,6 +36,7 @@ BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_m
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
+SEVEN = "cell/programs/test_seven_joints.py"
 ENDLESS = "cell/programs/running/test_endless_axes.py"
 NEAR = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
@@ -286,6 +287,8 @@ MUTANTS = (
     Mutant("cell/programs/program_check.py", "    yield from _tools(run, job)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/from_motion.py", "np.flatnonzero(np.diff(near[begin - at : w - at]))", "np.zeros(0, dtype=np.int64)", (NEAR,)),
     Mutant("cell/programs/from_motion.py", "        if slow:\n            limit", "        if False:\n            limit", (NEAR,)),
+    Mutant("cell/programs/export.py", "if job.scene.chain.n > POSE_NUMBERS:", "if False:", (SEVEN,)),
+    Mutant("cell/programs/running/program_path.py", "if n > POSE_NUMBERS and len(to_poses):", "if False:", (SEVEN,)),
     Mutant("cell/programs/from_motion.py", "float(np.deg2rad(120.0))", "float(np.deg2rad(360.0))", (ENDLESS,)),
     Mutant("cell/programs/running/external_axes.py", "given[:, k] = np.unwrap(given[:, k])", "pass", (ENDLESS,)),
     Mutant("cell/programs/running/external_axes.py", "(turn > np.pi - OPEN)", "(turn > 2 * np.pi - OPEN)", (ENDLESS,)),

@@ -33,6 +33,7 @@ from .interpolation import Circles, angles_between, on_lines
 OFF, TURNED = 4e-6, np.deg2rad(0.004)  # m and rad that a straight line of the axes is off the programmed way at most
 STEP, TURN = 2e-3, np.deg2rad(1.0)  # between the samples that are begun with
 HALVINGS = 9  # of a step between them
+POSE_NUMBERS = 6  # of X Y Z A B C
 AXES_STEP = np.deg2rad(1.0)  # between samples of a move of axes
 
 
@@ -70,9 +71,30 @@ def interpolate_program(program: Program, job: Job) -> ProgramPath:
         Its way.
 
     Raises:
-        InputError: it cannot be begun: no moves, the first leads nowhere, or a move lacks its tool or base; one line.
+        InputError: it cannot be begun: no moves, the first leads nowhere, a move lacks its tool or base, or leads an
+            arm of seven joints to a pose; one line.
     """
+    check_poses_say_all(program, job)
     return _Walk(program, job).path()
+
+
+def check_poses_say_all(program: Program, job: Job) -> None:
+    """Refuse a program whose poses leave joints of the arm open.
+
+    Args:
+        program: the program.
+        job: names the arm.
+
+    Raises:
+        InputError: a move leads an arm of more joints than a pose has numbers to a pose; one line.
+    """
+    moves, n = program.moves, job.scene.chain.n
+    to_poses = np.flatnonzero(np.isfinite(moves.pose[:, 0]))
+    if n > POSE_NUMBERS and len(to_poses):
+        raise InputError(
+            f"{move_label(program, int(to_poses[0]))}: the arm has {n} joints: X Y Z A B C leave one of them to the "
+            "controller, and nothing says how it moves; only moves to axis angles (PTP) can be run"
+        )
 
 
 class _Walk:
