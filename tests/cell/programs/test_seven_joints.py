@@ -10,7 +10,6 @@ import pytest
 from support.cells.arm_models import arm
 from support.jobs.boss_motion import boss_case, job_of, result_of
 
-import cell.programs.export as export_module
 from cell.cli.main import main
 from cell.errors import InputError
 from cell.job.job import Job
@@ -56,7 +55,7 @@ def test_a_pose_is_refused_and_axes_are_run(case, to):
     assert len(check_program(job, small_program(job, None)).run.motion.t_s) > 5
 
 
-def test_no_program_is_written(case, tmp_path, capsys, monkeypatch):
+def test_no_program_is_written(case, tmp_path, capsys):
     result = result_of(case)
     assert result.motion is not None
     with pytest.raises(InputError, match=r"robot.joints: no program is written for an arm of 7 joints"):
@@ -64,7 +63,3 @@ def test_no_program_is_written(case, tmp_path, capsys, monkeypatch):
     assert main(["export", str(case), "--krl", str(tmp_path / "out")]) == 2
     assert "--motion of rbam check" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
-    # nor where that is not asked: what is read back leads to poses
-    monkeypatch.setattr(export_module, "POSE_NUMBERS", 7)
-    with pytest.raises(InputError, match=r"src:\d+: the arm has 7 joints"):
-        export_program(result.job, result.motion)
