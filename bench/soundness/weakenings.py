@@ -37,6 +37,9 @@ EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
+SEVEN = "cell/programs/test_seven_joints.py"
+ENDLESS = "cell/programs/running/test_endless_axes.py"
+NEAR = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
@@ -298,6 +301,13 @@ MUTANTS = (
     Mutant("cell/programs/exported/exported.py", "[*case_files(self.job.case), *reads]", "reads", (EXPORTED,)),
     Mutant("cell/programs/exported/written_files.py", "if made and not done and folder is not None:", "if False:", (EXPORTED,)),
     Mutant("cell/programs/program_check.py", "    yield from _tools(run, job)\n", "", (PROGRAMS,)),
+    Mutant("cell/programs/from_motion.py", "np.flatnonzero(np.diff(near[begin - at : w - at]))", "np.zeros(0, dtype=np.int64)", (NEAR,)),
+    Mutant("cell/programs/from_motion.py", "        if slow:\n            limit", "        if False:\n            limit", (NEAR,)),
+    Mutant("cell/programs/export.py", "if job.scene.chain.n > POSE_NUMBERS:", "if False:", (SEVEN,)),
+    Mutant("cell/programs/running/program_path.py", "if n > POSE_NUMBERS and len(to_poses):", "if False:", (SEVEN,)),
+    Mutant("cell/programs/from_motion.py", "float(np.deg2rad(120.0))", "float(np.deg2rad(360.0))", (ENDLESS,)),
+    Mutant("cell/programs/running/external_axes.py", "given[:, k] = np.unwrap(given[:, k])", "pass", (ENDLESS,)),
+    Mutant("cell/programs/running/external_axes.py", "(turn > np.pi - OPEN)", "(turn > 2 * np.pi - OPEN)", (ENDLESS,)),
     Mutant("cell/programs/krl/data.py", "if name not in STANDARD:", "if False:", (INNER,)),
     Mutant("cell/programs/krl/execution.py", "if any(True for of in _expressions_of(one) for _ in calls_of(of)):", "if False:", (INNER,)),
     Mutant("cell/programs/krl/line_forms.py", "    if names:\n        yield Statement(\"inner\"", "    if not names:\n        yield Statement(\"inner\"", (INNER,)),
