@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
-from manifold3d import Manifold, Mesh64, OpType
+from manifold3d import Error, Manifold, Mesh64, OpType
 
 from ik.chain import Floats
-from slicing import Mesh, convex_hull
+from slicing import Mesh, PartError, convex_hull
 
 from ..mjcf.convex_pieces import CORNERS
 
@@ -31,6 +31,9 @@ def rest_of_built(built: Sequence[Mesh], hulls: Mapping[str, Floats]) -> dict[st
     Args:
         built: sub-volumes that are there from the start.
         hulls: vertices of convex pieces by geom name, those of the body and of the sub-volumes' layers among them.
+
+    Raises:
+        PartError: a mesh does not bound a solid.
     """
     rest: dict[str, Floats] = {}
     for solid in built:
@@ -43,8 +46,10 @@ def rest_of_built(built: Sequence[Mesh], hulls: Mapping[str, Floats]) -> dict[st
 def _left(solid: Mesh, hulls: Iterable[Floats]) -> Manifold:
     """A solid without convex pieces."""
     vertices, faces = np.ascontiguousarray(solid.vertices), np.ascontiguousarray(solid.faces, dtype=np.uint64)
-    held = Manifold.batch_boolean([Manifold.hull_points(points) for points in hulls], OpType.Add)
-    return Manifold(Mesh64(vertices, faces)) - held
+    all_of_it = Manifold(Mesh64(vertices, faces))
+    if all_of_it.status() != Error.NoError:
+        raise PartError(f"{solid.name}: the mesh does not bound a solid (manifold3d: {all_of_it.status().name})")
+    return all_of_it - Manifold.batch_boolean([Manifold.hull_points(points) for points in hulls], OpType.Add)
 
 
 def _pieces(solid: Manifold) -> Iterator[Floats]:
