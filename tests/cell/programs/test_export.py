@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import sys
 import types
 from dataclasses import replace
@@ -311,6 +312,19 @@ def test_the_points_say_how_long_the_arm_waits_at_them(tmp_path: Path) -> None:
     assert not waits[(arc == 1) & (burns == 1)].any()
     assert sorted(waits[(arc == 0) & (burns == 0)])[-2:] == [2.0, 2.0]  # between three layers
     assert waits.sum() == pytest.approx(3 * 0.75 + 2 * 2.0)
+
+
+def test_percents_are_written_as_the_controller_holds_them(tmp_path: Path) -> None:
+    percents = {"axis_speed_percent": 12.7, "axis_acceleration_percent": 0.4, "external_speed_percent": 33.9}
+    result = result_of(boss_case(tmp_path, controller=percents, roll={"fixed_deg": 20.0}))
+    assert result.motion is not None
+    made = export_program(result.job, result.motion)
+    assert made.fault is None
+    text = "".join(made.files.values())
+    for name, most in (("VEL_AXIS", 12), ("ACC_AXIS", 1), ("VEL_EXTAX", 33)):
+        given = {float(value) for value in re.findall(rf"^\${name}\[\d\] = (\S+)", text, re.MULTILINE)}
+        assert max(given) == most
+        assert all(value.is_integer() and value > 0 for value in given)
 
 
 def test_the_command_writes_everything_or_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
