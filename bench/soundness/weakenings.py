@@ -289,6 +289,7 @@ MUTANTS = (
     Mutant("cell/programs/from_motion.py", "        if slow:\n            limit", "        if False:\n            limit", (NEAR,)),
     Mutant("cell/programs/krl/setting.py", "integer(value, scope) if name in _ARRAYS or path in _WHOLE else number", "number", ("cell/programs/krl/test_krl_read.py",)),
     Mutant("cell/programs/from_motion.py", "max(math.floor(percent + 1e-9), 1) / 100", "percent / 100", ("cell/programs/test_export.py",)),
+    Mutant("cell/programs/cell_controller.py", "    if base.coupled:\n        reported.append", "    if False:\n        reported.append", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/export.py", "if job.scene.chain.n > POSE_NUMBERS:", "if False:", (SEVEN,)),
     Mutant("cell/programs/running/program_path.py", "if n > POSE_NUMBERS and len(to_poses):", "if False:", (SEVEN,)),
     Mutant("cell/programs/from_motion.py", "float(np.deg2rad(120.0))", "float(np.deg2rad(360.0))", (ENDLESS,)),

@@ -409,4 +409,10 @@ def test_a_program_of_numbers_reads_back_by_the_same_numbers(tmp_path: Path) -> 
     document = json.loads((out / "KNOB.json").read_text())
     assert (document["tool"]["number"], document["base"]["number"]) == (3, 7)
     assert "TOOL_DATA[3]" in (out / "KNOB_L000.src").read_text()
-    assert sum("must have the same" in line for line in document["warnings"]) == 2
+    told = [line for line in document["warnings"] if "must have the same" in line]
+    assert [line.split(" is taken to be ")[0].split(": ")[1] for line in told] == [
+        "TOOL_DATA[3]",
+        "BASE_DATA[7]",
+        "MACHINE_DEF[2].ROOT, seen from $ROBROOT,",
+    ]
+    assert "X 1500.000, Y 0.000, Z 0.000, A -90.000, B 0.000, C 0.000 (mm, deg)" in told[2]
