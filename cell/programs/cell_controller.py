@@ -19,7 +19,7 @@ from ..case.controller_section import FrameSection
 from ..job.job import Job
 from ..rigid import inverse
 from ..scene.site_frames import T_flange_tcp, T_table_part
-from .cell_frames import tables_seen_from_base
+from .cell_frames import T_base_root, tables_seen_from_base
 from .controller import Controller, controller_of, matrix_of
 from .orientation import pose_of
 from .program import BaseFrame, ToolFrame
@@ -50,7 +50,8 @@ def frames_of(job: Job, controller: Controller) -> ProgramFrames:
         controller: from :func:`cell_controller`.
 
     Returns:
-        Numbers where the case gives numbers, with the frames that they are taken to hold; else literal frames.
+        Numbers where the case gives numbers, with the frames that they are taken to hold; else literal frames. What the
+        controller has to hold is told: those frames, and where the table's root is.
     """
     section, reported = job.case.controller, []
     own = T_flange_tcp(job.scene)
@@ -66,6 +67,8 @@ def frames_of(job: Job, controller: Controller) -> ProgramFrames:
     else:
         T = matrix_of(section.base) if isinstance(section.base, FrameSection) else on_table.T
         base = replace(on_table, T=T)
+    if base.coupled:
+        reported.append(_taken(f"MACHINE_DEF[{base.machine}].ROOT, seen from $ROBROOT,", T_base_root(job)))
     return ProgramFrames(controller.program, tool, base, tuple(reported))
 
 
@@ -85,7 +88,10 @@ def base_on_part(job: Job, machine: int) -> BaseFrame:
 
 def _taken(name: str, T: Floats) -> Warning:
     row = pose_of(T)
-    x = ", ".join(f"{axis} {v:.3f}" for axis, v in zip("XYZABC", [*(row[:3] * 1e3), *np.rad2deg(row[3:])], strict=True))
+    x = ", ".join(
+        f"{axis} {round(float(v), 3) + 0.0:.3f}"
+        for axis, v in zip("XYZABC", [*(row[:3] * 1e3), *np.rad2deg(row[3:])], strict=True)
+    )
     return Warning(
         Code.PROGRAM_FRAME, f"program: {name} is taken to be {x} (mm, deg): the controller must have the same"
     )

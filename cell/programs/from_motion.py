@@ -12,6 +12,7 @@ move is one of axes to the motion's first row. Metres, radians, seconds.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -190,7 +191,7 @@ class _Made:
 
     def all(self) -> None:
         """Everything, in order."""
-        self._move(0, MoveKind.AXES, share=min(FIRST_SHARE, self.job.case.controller.axis_speed_percent / 100))
+        self._move(0, MoveKind.AXES, share=min(FIRST_SHARE, whole_percent(self.job.case.controller.axis_speed_percent)))
         arc = self.motion.arc
         at, layer = 0, None
         if not arc[0]:
@@ -324,7 +325,7 @@ class _Made:
 
     def _axis_share(self, steps: slice, *, slow: bool) -> float:
         """The share of their speed that the axes have on a move, in whole percent."""
-        use, most = self.axis_use[steps], self.job.case.controller.axis_speed_percent / 100
+        use, most = self.axis_use[steps], whole_percent(self.job.case.controller.axis_speed_percent)
         percent = np.ceil(use.max() * 100 - 1e-6)
         if slow:
             limit = self.job.case.process.travel_speed_mm_s * METRES_PER_MM
@@ -392,8 +393,8 @@ class _Made:
             turn_speed=np.where(linear, np.deg2rad(section.turn_speed_deg_s), np.nan),
             acceleration=np.where(linear, section.acceleration_mm_s2 * METRES_PER_MM, np.nan),
             axis_share=np.array(self.share),
-            axis_acceleration=np.where(linear, np.nan, section.axis_acceleration_percent / 100),
-            external_share=np.full(m, section.external_speed_percent / 100),
+            axis_acceleration=np.where(linear, np.nan, whole_percent(section.axis_acceleration_percent)),
+            external_share=np.full(m, whole_percent(section.external_speed_percent)),
             blend=np.array(self.blend),
         )
 
@@ -401,6 +402,11 @@ class _Made:
         """Whether an endless axis turns so far from one row to another that a controller may go the other way."""
         turn = np.abs(self.motion.table[b] - self.motion.table[a])
         return bool((turn[endless_axes(self.job.scene)] > MOST_TURN).any())
+
+
+def whole_percent(percent: float) -> float:
+    """A share of the axes' speed or acceleration as a controller holds it: whole percents, at least one."""
+    return max(math.floor(percent + 1e-9), 1) / 100
 
 
 def _farthest(fits: Callable[[int, int], bool], first: int, last: int) -> int:

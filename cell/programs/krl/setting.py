@@ -121,7 +121,7 @@ def _frame(state: ControllerState, name: str, part: str, value: Any, scope: Scop
         state.numbers[name] = {one: value[one] for one in CARTESIAN}
 
 
-LEAST_SHARE = 1e-3  # %: with less the arm stands
+LEAST_SHARE = 1  # %: with less the arm stands
 
 
 def _share(value: float) -> float | None:
@@ -176,6 +176,7 @@ _KNOWN: dict[tuple[str, str], tuple[Callable[[float], float | None], Setter, str
     ("$APO", "CORI"): (_length, _nothing, "0 or more, in degrees"),
     ("$OV_PRO", ""): (_moving_share, _put("override"), "above 0 and up to 100 %"),
 }
+_WHOLE = {("$APO", "CVEL"), ("$APO", "CPTP"), ("$OV_PRO", "")}  # INT, as the arrays are: a REAL is rounded
 _STRUCTURES = ("$VEL", "$ACC", "$APO")
 _ARRAYS = {
     "$VEL_AXIS": "axis_share",
@@ -187,7 +188,7 @@ _ARRAYS = {
 
 def _speed(speeds: Speeds, path: tuple[str, str], indices: tuple[int, ...], value: Any, scope: Scope) -> None:
     name, part = path
-    given = float(number(value, scope))
+    given = float(integer(value, scope) if name in _ARRAYS or path in _WHOLE else number(value, scope))
     if name in _ARRAYS:
         share = _moving_share(given)
         if share is None or len(indices) != 1:

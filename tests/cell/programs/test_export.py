@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import sys
 import types
 from dataclasses import replace
@@ -313,6 +314,19 @@ def test_the_points_say_how_long_the_arm_waits_at_them(tmp_path: Path) -> None:
     assert waits.sum() == pytest.approx(3 * 0.75 + 2 * 2.0)
 
 
+def test_percents_are_written_as_the_controller_holds_them(tmp_path: Path) -> None:
+    percents = {"axis_speed_percent": 12.7, "axis_acceleration_percent": 0.4, "external_speed_percent": 33.9}
+    result = result_of(boss_case(tmp_path, controller=percents, roll={"fixed_deg": 20.0}))
+    assert result.motion is not None
+    made = export_program(result.job, result.motion)
+    assert made.fault is None
+    text = "".join(made.files.values())
+    for name, most in (("VEL_AXIS", 12), ("ACC_AXIS", 1), ("VEL_EXTAX", 33)):
+        given = {float(value) for value in re.findall(rf"^\${name}\[\d\] = (\S+)", text, re.MULTILINE)}
+        assert max(given) == most
+        assert all(value.is_integer() and value > 0 for value in given)
+
+
 def test_the_command_writes_everything_or_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, controller={"program": "KNOB"})
     out, points, script = tmp_path / "krl", tmp_path / "points.csv", tmp_path / "station.py"
@@ -395,4 +409,10 @@ def test_a_program_of_numbers_reads_back_by_the_same_numbers(tmp_path: Path) -> 
     document = json.loads((out / "KNOB.json").read_text())
     assert (document["tool"]["number"], document["base"]["number"]) == (3, 7)
     assert "TOOL_DATA[3]" in (out / "KNOB_L000.src").read_text()
-    assert sum("must have the same" in line for line in document["warnings"]) == 2
+    told = [line for line in document["warnings"] if "must have the same" in line]
+    assert [line.split(" is taken to be ")[0].split(": ")[1] for line in told] == [
+        "TOOL_DATA[3]",
+        "BASE_DATA[7]",
+        "MACHINE_DEF[2].ROOT, seen from $ROBROOT,",
+    ]
+    assert "X 1500.000, Y 0.000, Z 0.000, A -90.000, B 0.000, C 0.000 (mm, deg)" in told[2]

@@ -54,6 +54,7 @@ def test_a_part_that_stands_still_has_a_base_that_no_axis_moves(tmp_path):
     text = "".join(made.files.values())
     for word in ("E1 ", "E2 ", "EK", "$ACT_EX_AX", "$VEL_EXTAX", "$ASYNC_AXIS"):
         assert word not in text
+    assert not any("MACHINE_DEF" in line for line in made.warnings)
     base = made.written.program.bases[0]
     np.testing.assert_allclose(base.T, result.job.scene.T_base_part(0.0, 0.0), atol=1e-9)
     # the points are the part's: the first of a bead is its first target

@@ -11,6 +11,7 @@ import pytest
 from support.paths import ROOT
 from support.programs.programs import FRAMES, LIN, controller, module
 
+from cell.errors import InputError
 from cell.programs.controller import ReadLimits
 from cell.programs.krl_read import read_krl
 from cell.programs.orientation import frames_of_poses, pose_of
@@ -222,6 +223,18 @@ def test_speeds(tmp_path: Path) -> None:
     np.testing.assert_allclose(moves.axis_share, [0.1, 0.2, 0.2, np.nan])
     np.testing.assert_allclose(np.degrees(moves.turn_speed[:3]), 50)
     assert moves.acceleration[0] == 1.5
+
+
+def test_percents_of_the_controller_are_whole_numbers(tmp_path: Path) -> None:
+    axes = "PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0,E1 90,E2 0} C_PTP\n"
+    body = FRAMES + "$OV_PRO=49.7\nBAS(#VEL_PTP,12.6)\n$ACC_AXIS[3]=20.2\n$VEL_EXTAX[1]=7.7\n$APO.CPTP=30.6\n" + axes
+    moves = run(tmp_path, body + "$APO.CVEL=40.4\n" + LIN.strip() + " C_VEL\n").moves
+    np.testing.assert_allclose(moves.axis_share[0], 0.13 * 0.5)
+    np.testing.assert_allclose(moves.axis_acceleration[0], 0.2)
+    np.testing.assert_allclose(moves.external_share[0], 0.08 * 0.5)
+    np.testing.assert_allclose(moves.blend_share, [0.31, 0.4])
+    with pytest.raises(InputError, match=r"VEL_AXIS\[i\] is above 0"):
+        run(tmp_path, FRAMES + "$VEL_AXIS[1]=0.4\n" + axes)
 
 
 def test_what_moves_nothing_is_counted(tmp_path: Path) -> None:
