@@ -71,6 +71,7 @@ MUTANTS = (
     Mutant("cell/mjcf/finite_numbers.py", "found = np.flatnonzero(~(np.abs(values) <= LARGEST).all(axis=1))", "found = np.flatnonzero((np.abs(values) > LARGEST).any(axis=1))", ("cell/mjcf/test_finite_numbers.py",)),
     Mutant("cell/scene/workpiece.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/scene/absent_shapes.py", "float(reach.max()) < TINY * way", "float(reach.max()) < 0", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/chain_from_model.py", 'TABLE_AXES = ("E1", "E2")', 'TABLE_AXES = ("E1",)', ("cell/mjcf/test_chain_from_model.py",)),
     Mutant("cell/scene/table_axes.py", 'if len(joints) == 2 and (outer == "E2" or inner == "E1"):', "if False:", ("cell/scene/test_table_axes.py",)),
     # bounds
     Mutant("cell/collision/proofs/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),
