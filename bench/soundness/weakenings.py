@@ -63,7 +63,7 @@ class Mutant:
 
 MUTANTS = (
     # models of an integrator's own cell
-    Mutant("cell/scene/contacts.py", ">= 2 or not self._neighbours(o, i, self.weld_of_model)]", ">= 2]", ("cell/scene/test_two_joints_in_one_body.py",)),
+    Mutant("cell/scene/contacts.py", "apart >= 2 or not self._neighbours(outer, inner, self.weld_of_model)", "apart >= 2", ("cell/scene/test_two_joints_in_one_body.py",)),
     Mutant("cell/scene/equipment.py", "if len(child.worldbody.geoms) or own_origin:", "if len(child.worldbody.geoms):", ("cell/scene/test_compose.py",)),
     Mutant("cell/mjcf/wire_end.py", "if beside > max(BESIDE, *", "if beside > 10 * max(BESIDE, *", ("cell/mjcf/test_wire_end.py",)),
     Mutant("cell/mjcf/wire_end.py", "if abs(ahead) <= OFF_END:", "if ahead <= OFF_END:", ("cell/mjcf/test_wire_end.py",)),

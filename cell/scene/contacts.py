@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -187,13 +188,22 @@ class _ToolPairs:
         They have two or more planned joints between them, or the model by itself has MuJoCo hold them against each
         other, which ends where a joint of it is held. What the model itself excludes stays excluded.
         """
-        model, known = self.model, set(self.unseen())
+        model, known, moved = self.model, set(self.unseen()), self.moved_by
         hard = (model.geom_contype | model.geom_conaffinity) != 0
         robot = [self.assembly.piece.get(model.body(b).name) is BodyOwner.ROBOT for b in model.geom_bodyid]
-        geoms, moved = np.flatnonzero(hard & np.array(robot)).tolist(), self.moved_by
-        pairs = [(o, i) for o in geoms for i in geoms if moved[o] > moved[i] and (o, i) not in known]
-        lost = [(o, i) for o, i in pairs if self._filtered(o, i) and not self._excluded(o, i)]
-        return [(o, i) for o, i in lost if moved[o] - moved[i] >= 2 or not self._neighbours(o, i, self.weld_of_model)]
+        of_body: dict[int, list[int]] = {}
+        for geom in np.flatnonzero(hard & np.array(robot)).tolist():
+            of_body.setdefault(int(model.geom_bodyid[geom]), []).append(geom)
+        pairs = ((o, i) for o in of_body.values() for i in of_body.values() if moved[o[0]] > moved[i[0]])
+        lost = [(o, i) for o, i in pairs if self._is_lost(o[0], i[0])]
+        return [pair for o, i in lost for pair in product(o, i) if pair not in known]
+
+    def _is_lost(self, outer: int, inner: int) -> bool:
+        """Whether MuJoCo takes two geoms' bodies for neighbours though they are not, and the model excludes neither."""
+        if self._excluded(outer, inner) or not self._filtered(outer, inner):
+            return False
+        apart = int(self.moved_by[outer] - self.moved_by[inner])
+        return apart >= 2 or not self._neighbours(outer, inner, self.weld_of_model)
 
     def _excluded(self, one: int, other: int) -> bool:
         """Whether the model excludes the bodies of two geoms."""
