@@ -72,6 +72,7 @@ MUTANTS = (
     Mutant("cell/scene/workpiece.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/scene/absent_shapes.py", "float(reach.max()) < TINY * way", "float(reach.max()) < 0", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/chain_from_model.py", 'TABLE_AXES = ("E1", "E2")', 'TABLE_AXES = ("E1",)', ("cell/mjcf/test_chain_from_model.py",)),
+    Mutant("cell/collision/table_clearances.py", "for g, t in [*near, *own.tolist()]:", "for g, t in near:", ("cell/scene/test_two_joints_in_one_body.py",)),
     Mutant("cell/scene/table_axes.py", 'if len(joints) == 2 and (outer == "E2" or inner == "E1"):', "if False:", ("cell/scene/test_table_axes.py",)),
     # bounds
     Mutant("cell/collision/proofs/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),

@@ -8,6 +8,7 @@ Pieces are distinguished by the bodies they belong to, never by what a shape is 
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -19,8 +20,10 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 from slicing import Code, Warning
 
+from ..arrays import Ints
 from ..errors import InputError
 from ..mjcf.finite_numbers import require_finite
+from .absent_shapes import link_of_body
 from .composition import BodyOwner, CellAssembly, one_line
 
 # contact bits: the wire may touch the part and nothing else
@@ -116,6 +119,54 @@ def _pair_links(wrist: _ToolPairs) -> None:
         assembly.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
 
 
+def lost_on_table(assembly: CellAssembly, model: mujoco.MjModel, axes: Sequence[int]) -> Ints:
+    """Shapes of the positioner that MuJoCo takes for neighbours only because a joint between them is held.
+
+    Args:
+        assembly: what the cell was compiled from.
+        model: the compiled cell.
+        axes: ids of E1 and E2.
+
+    Returns:
+        Ids, (k, 2): what turns with E2, and what E1 alone moves.
+    """
+    weld = _weld_of_models(model, assembly.held)
+    link = link_of_body(model, axes)[model.geom_bodyid]
+    hard = (model.geom_contype | model.geom_conaffinity) != 0
+    own = np.array([assembly.piece.get(model.body(b).name) is BodyOwner.POSITIONER for b in model.geom_bodyid])
+    tilts, turns = (np.flatnonzero(hard & own & (link == model.jnt_bodyid[axis])).tolist() for axis in axes)
+    pairs = [
+        (turn, tilt)
+        for turn, tilt in product(turns, tilts)
+        if _neighbours(model, turn, tilt, model.body_weldid)
+        and not _neighbours(model, turn, tilt, weld)
+        and not _excluded(model, turn, tilt)
+    ]
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def _weld_of_models(model: mujoco.MjModel, held: Collection[str]) -> NDArray[np.int64]:
+    """By body the one that it is welded to while the joints that were taken from these bodies move, (nbody,)."""
+    weld = np.zeros(model.nbody, dtype=np.int64)
+    for body in range(1, model.nbody):  # parents come first
+        moves = model.body_weldid[body] == body or model.body(body).name in held
+        weld[body] = body if moves else weld[model.body_parentid[body]]
+    return weld
+
+
+def _excluded(model: mujoco.MjModel, one: int, other: int) -> bool:
+    """Whether a model excludes the bodies of two geoms."""
+    a, b = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
+    return (a << 16) + b in model.exclude_signature
+
+
+def _neighbours(model: mujoco.MjModel, one: int, other: int, weld: NDArray[np.int32] | NDArray[np.int64]) -> bool:
+    """Whether of two geoms one's body carries the other's; of bodies that are welded, any of them."""
+    a, b = (int(weld[model.geom_bodyid[geom]]) for geom in (one, other))
+    above = [int(weld[model.body_parentid[body]]) for body in (a, b)]
+    return 0 not in (a, b) and (a == above[1] or b == above[0])
+
+
 @dataclass(frozen=True, eq=False)
 class _ToolPairs:
     """The arm with its tool alone.
@@ -143,12 +194,7 @@ class _ToolPairs:
     @cached_property
     def weld_of_model(self) -> NDArray[np.int64]:
         """By body the one that it is welded to while all joints of the arm's model move, planned or not."""
-        model, held = self.model, self.assembly.held
-        weld = np.zeros(model.nbody, dtype=np.int64)
-        for body in range(1, model.nbody):  # parents come first
-            moves = model.body_weldid[body] == body or model.body(body).name in held
-            weld[body] = body if moves else weld[model.body_parentid[body]]
-        return weld
+        return _weld_of_models(self.model, self.assembly.held)
 
     @cached_property
     def of_tool(self) -> NDArray[np.bool_]:
@@ -207,8 +253,7 @@ class _ToolPairs:
 
     def _excluded(self, one: int, other: int) -> bool:
         """Whether the model excludes the bodies of two geoms."""
-        a, b = sorted((int(self.model.geom_bodyid[one]), int(self.model.geom_bodyid[other])))
-        return (a << 16) + b in self.model.exclude_signature
+        return _excluded(self.model, one, other)
 
     def _filtered(self, one: int, other: int) -> bool:
         """Whether MuJoCo leaves a pair of geoms out; see "collision detection: selection" in its documentation."""
@@ -216,10 +261,7 @@ class _ToolPairs:
 
     def _neighbours(self, one: int, other: int, weld: NDArray[np.int32] | NDArray[np.int64]) -> bool:
         """Whether of two geoms one's body carries the other's, bodies that are welded together counting as one."""
-        model = self.model
-        a, b = (int(weld[model.geom_bodyid[geom]]) for geom in (one, other))
-        above = [int(weld[model.body_parentid[body]]) for body in (a, b)]
-        return 0 not in (a, b) and (a == above[1] or b == above[0])
+        return _neighbours(self.model, one, other, weld)
 
     def _span(self, geom: int) -> tuple[float, float]:
         """From where to where a geom reaches along the flange's z axis, from the flange on, m."""
