@@ -67,7 +67,7 @@ class Mutant:
 
 MUTANTS = (
     # models of an integrator's own cell
-    Mutant("cell/scene/contacts.py", ">= 2 or not self._neighbours(o, i, self.weld_of_model)]", ">= 2]", ("cell/scene/test_two_joints_in_one_body.py",)),
+    Mutant("cell/scene/contacts.py", "apart >= 2 or not self._neighbours(outer, inner, self.weld_of_model)", "apart >= 2", ("cell/scene/test_two_joints_in_one_body.py",)),
     Mutant("cell/scene/equipment.py", "if len(child.worldbody.geoms) or own_origin:", "if len(child.worldbody.geoms):", ("cell/scene/test_compose.py",)),
     Mutant("cell/mjcf/wire_end.py", "if beside > max(BESIDE, *", "if beside > 10 * max(BESIDE, *", ("cell/mjcf/test_wire_end.py",)),
     Mutant("cell/mjcf/wire_end.py", "if abs(ahead) <= OFF_END:", "if ahead <= OFF_END:", ("cell/mjcf/test_wire_end.py",)),
@@ -75,6 +75,8 @@ MUTANTS = (
     Mutant("cell/mjcf/finite_numbers.py", "found = np.flatnonzero(~(np.abs(values) <= LARGEST).all(axis=1))", "found = np.flatnonzero((np.abs(values) > LARGEST).any(axis=1))", ("cell/mjcf/test_finite_numbers.py",)),
     Mutant("cell/scene/workpiece.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/scene/absent_shapes.py", "float(reach.max()) < TINY * way", "float(reach.max()) < 0", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/chain_from_model.py", 'TABLE_AXES = ("E1", "E2")', 'TABLE_AXES = ("E1",)', ("cell/mjcf/test_chain_from_model.py",)),
+    Mutant("cell/collision/table_clearances.py", "for g, t in [*near, *own.tolist()]:", "for g, t in near:", ("cell/scene/test_two_joints_in_one_body.py",)),
     Mutant("cell/scene/table_axes.py", 'if len(joints) == 2 and (outer == "E2" or inner == "E1"):', "if False:", ("cell/scene/test_table_axes.py",)),
     # bounds
     Mutant("cell/collision/proofs/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),

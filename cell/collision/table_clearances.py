@@ -130,18 +130,21 @@ class TableChecker:
         return found.rows(back.ravel())
 
     def _against_tilt(self, found: Clearances, i: int, table: Floats, laid: int) -> None:
-        """Lower a clearance to the workpiece's from the tilting part, where that is nearer."""
-        model, data = self.scene.model, self._data
+        """Lower a clearance to that of pairs which MuJoCo leaves out, where they are nearer.
+
+        The workpiece from the tilting part, and the positioner's own shapes with a held joint between them.
+        """
+        model, data, own = self.scene.model, self._data, self.scene.lost_on_table
         work = self._work[self.scene.deposit_of_geom[self._work] < laid]
-        if not len(work) or not len(self._tilt):
+        if not (len(work) and len(self._tilt)) and not len(own):
             return
         data.qpos[self.scene.table_qpos] = table
         mujoco.mj_kinematics(model, data)
         apart = np.linalg.norm(data.geom_xpos[work][:, None] - data.geom_xpos[self._tilt], axis=2)
         apart -= model.geom_rbound[work][:, None] + model.geom_rbound[self._tilt]
+        near = [(int(work[k]), int(self._tilt[m])) for k, m in np.argwhere(apart <= self.reach).tolist()]
         ends = np.zeros(6)
-        for k, m in np.argwhere(apart <= self.reach).tolist():
-            g, t = int(work[k]), int(self._tilt[m])
+        for g, t in [*near, *own.tolist()]:
             distance = mujoco.mj_geomDistance(model, data, g, t, self.reach, ends)
             if distance == 0.0:
                 distance = DEGENERATE

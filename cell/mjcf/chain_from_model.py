@@ -19,6 +19,7 @@ from ..errors import InputError
 from ..rigid import inverse, pose
 from .model_names import require
 
+TABLE_AXES = ("E1", "E2")
 AXES = (6, 7)  # joints of an arm: a search that samples the roll needs six at least
 
 
@@ -92,11 +93,17 @@ def check_base(model: mujoco.MjModel, base: str, joints: Sequence[int]) -> None:
 
 
 def check_names(joints: Sequence[str]) -> None:
-    """Refuse lists in which a joint is named twice.
+    """Refuse lists in which a joint is named twice, or as the table's axes are.
 
     Raises:
         InputError: which.
     """
+    table = next((name for name in joints if name in TABLE_AXES), None)
+    if table is not None:
+        raise InputError(
+            f"robot.joints: {table} is what an axis of the table is called in cases, motions and programs; rename the "
+            "arm's joint in its model"
+        )
     twice = next((name for name in joints if list(joints).count(name) > 1), None)
     if twice is not None:
         raise InputError(f"robot.joints: {twice} is listed twice")

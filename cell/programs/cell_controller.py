@@ -17,6 +17,7 @@ from slicing import Code, Warning
 
 from ..case.controller_section import FrameSection
 from ..job.job import Job
+from ..mjcf.chain_from_model import TABLE_AXES
 from ..rigid import inverse
 from ..scene.site_frames import T_flange_tcp, T_table_part
 from .cell_frames import T_base_root, tables_seen_from_base
@@ -60,6 +61,7 @@ def frames_of(job: Job, controller: Controller) -> ProgramFrames:
         reported.append(_taken(f"TOOL_DATA[{section.tool}]", tool.T_flange_tcp))
     else:
         tool = ToolFrame(own if section.tool is None else matrix_of(section.tool))
+    reported += _one_axis(job)
     on_table = base_on_part(job, controller.machine)
     if isinstance(section.base, int):
         base = controller.base_data[section.base]
@@ -70,6 +72,19 @@ def frames_of(job: Job, controller: Controller) -> ProgramFrames:
     if base.coupled:
         reported.append(_taken(f"MACHINE_DEF[{base.machine}].ROOT, seen from $ROBROOT,", T_base_root(job)))
     return ProgramFrames(controller.program, tool, base, tuple(reported))
+
+
+def _one_axis(job: Job) -> tuple[Warning, ...]:
+    """Say what the program calls a table's one axis where its joint has a name of its own."""
+    joints, has_axis = job.case.positioner.joints, job.scene.has_axis
+    if len(joints) != 1 or joints[0] in TABLE_AXES:
+        return ()
+    name = TABLE_AXES[int(np.argmax(has_axis))]
+    text = (
+        f"program: the table's axis {joints[0]} is {name} in the program: the controller must have the same "
+        "(a joint named E1 or E2 is called so)"
+    )
+    return (Warning(Code.PROGRAM_TABLE, text),)
 
 
 def base_on_part(job: Job, machine: int) -> BaseFrame:

@@ -33,7 +33,7 @@ from ..mjcf.wire_end import check_wire_end
 from ..progress import phase
 from .absent_shapes import links_without_shapes, tiny_links, wire_warnings
 from .composition import BodyOwner, CellAssembly, one_line
-from .contacts import pair_tool_with_arm, set_contact_bits
+from .contacts import lost_on_table, pair_tool_with_arm, set_contact_bits
 from .equipment import add_positioner, add_robot, leave_out_table
 from .part_contact import part_contact_warnings, sunk
 from .scene import Scene
@@ -169,6 +169,7 @@ def _bind(pieces: CellAssembly, model: mujoco.MjModel, part: PartShape, home: di
         table_joints=np.array(table_joints, dtype=np.int64),
         base_body=require(model, "body", base, "robot.base"),
         sites=sites,
+        lost_on_table=lost_on_table(pieces, model, table_joints),
         warnings=(
             *pieces.warnings,
             *links_without_shapes(model, arm_joints, there, piece),

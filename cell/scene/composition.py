@@ -43,7 +43,7 @@ class CellAssembly:
         case: the case.
         piece: by body name, what it belongs to.
         names: what the models' elements are called in the cell.
-        held: bodies of the arm from which joints were taken that are not planned.
+        held: bodies of arm and positioner from which joints were taken that are not planned.
         on_table: bodies of fixtures that stand on the table.
         warnings: what was left out, one line each.
         table: position and quaternion of the table's site in its body, m.

@@ -8,8 +8,10 @@ Pieces are distinguished by the bodies they belong to, never by what a shape is 
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -18,8 +20,10 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 from slicing import Code, Warning
 
+from ..arrays import Ints
 from ..errors import InputError
 from ..mjcf.finite_numbers import require_finite
+from .absent_shapes import link_of_body
 from .composition import BodyOwner, CellAssembly, one_line
 
 # contact bits: the wire may touch the part and nothing else
@@ -115,6 +119,54 @@ def _pair_links(wrist: _ToolPairs) -> None:
         assembly.warnings.append(Warning(Code.PAIR_LEFT_OUT, text))
 
 
+def lost_on_table(assembly: CellAssembly, model: mujoco.MjModel, axes: Sequence[int]) -> Ints:
+    """Shapes of the positioner that MuJoCo takes for neighbours only because a joint between them is held.
+
+    Args:
+        assembly: what the cell was compiled from.
+        model: the compiled cell.
+        axes: ids of E1 and E2.
+
+    Returns:
+        Ids, (k, 2): what turns with E2, and what E1 alone moves.
+    """
+    weld = _weld_of_models(model, assembly.held)
+    link = link_of_body(model, axes)[model.geom_bodyid]
+    hard = (model.geom_contype | model.geom_conaffinity) != 0
+    own = np.array([assembly.piece.get(model.body(b).name) is BodyOwner.POSITIONER for b in model.geom_bodyid])
+    tilts, turns = (np.flatnonzero(hard & own & (link == model.jnt_bodyid[axis])).tolist() for axis in axes)
+    pairs = [
+        (turn, tilt)
+        for turn, tilt in product(turns, tilts)
+        if _neighbours(model, turn, tilt, model.body_weldid)
+        and not _neighbours(model, turn, tilt, weld)
+        and not _excluded(model, turn, tilt)
+    ]
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def _weld_of_models(model: mujoco.MjModel, held: Collection[str]) -> NDArray[np.int64]:
+    """By body the one that it is welded to while the joints that were taken from these bodies move, (nbody,)."""
+    weld = np.zeros(model.nbody, dtype=np.int64)
+    for body in range(1, model.nbody):  # parents come first
+        moves = model.body_weldid[body] == body or model.body(body).name in held
+        weld[body] = body if moves else weld[model.body_parentid[body]]
+    return weld
+
+
+def _excluded(model: mujoco.MjModel, one: int, other: int) -> bool:
+    """Whether a model excludes the bodies of two geoms."""
+    a, b = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
+    return (a << 16) + b in model.exclude_signature
+
+
+def _neighbours(model: mujoco.MjModel, one: int, other: int, weld: NDArray[np.int32] | NDArray[np.int64]) -> bool:
+    """Whether of two geoms one's body carries the other's; of bodies that are welded, any of them."""
+    a, b = (int(weld[model.geom_bodyid[geom]]) for geom in (one, other))
+    above = [int(weld[model.body_parentid[body]]) for body in (a, b)]
+    return 0 not in (a, b) and (a == above[1] or b == above[0])
+
+
 @dataclass(frozen=True, eq=False)
 class _ToolPairs:
     """The arm with its tool alone.
@@ -142,12 +194,7 @@ class _ToolPairs:
     @cached_property
     def weld_of_model(self) -> NDArray[np.int64]:
         """By body the one that it is welded to while all joints of the arm's model move, planned or not."""
-        model, held = self.model, self.assembly.held
-        weld = np.zeros(model.nbody, dtype=np.int64)
-        for body in range(1, model.nbody):  # parents come first
-            moves = model.body_weldid[body] == body or model.body(body).name in held
-            weld[body] = body if moves else weld[model.body_parentid[body]]
-        return weld
+        return _weld_of_models(self.model, self.assembly.held)
 
     @cached_property
     def of_tool(self) -> NDArray[np.bool_]:
@@ -187,18 +234,26 @@ class _ToolPairs:
         They have two or more planned joints between them, or the model by itself has MuJoCo hold them against each
         other, which ends where a joint of it is held. What the model itself excludes stays excluded.
         """
-        model, known = self.model, set(self.unseen())
+        model, known, moved = self.model, set(self.unseen()), self.moved_by
         hard = (model.geom_contype | model.geom_conaffinity) != 0
         robot = [self.assembly.piece.get(model.body(b).name) is BodyOwner.ROBOT for b in model.geom_bodyid]
-        geoms, moved = np.flatnonzero(hard & np.array(robot)).tolist(), self.moved_by
-        pairs = [(o, i) for o in geoms for i in geoms if moved[o] > moved[i] and (o, i) not in known]
-        lost = [(o, i) for o, i in pairs if self._filtered(o, i) and not self._excluded(o, i)]
-        return [(o, i) for o, i in lost if moved[o] - moved[i] >= 2 or not self._neighbours(o, i, self.weld_of_model)]
+        of_body: dict[int, list[int]] = {}
+        for geom in np.flatnonzero(hard & np.array(robot)).tolist():
+            of_body.setdefault(int(model.geom_bodyid[geom]), []).append(geom)
+        pairs = ((o, i) for o in of_body.values() for i in of_body.values() if moved[o[0]] > moved[i[0]])
+        lost = [(o, i) for o, i in pairs if self._is_lost(o[0], i[0])]
+        return [pair for o, i in lost for pair in product(o, i) if pair not in known]
+
+    def _is_lost(self, outer: int, inner: int) -> bool:
+        """Whether MuJoCo takes two geoms' bodies for neighbours though they are not, and the model excludes neither."""
+        if self._excluded(outer, inner) or not self._filtered(outer, inner):
+            return False
+        apart = int(self.moved_by[outer] - self.moved_by[inner])
+        return apart >= 2 or not self._neighbours(outer, inner, self.weld_of_model)
 
     def _excluded(self, one: int, other: int) -> bool:
         """Whether the model excludes the bodies of two geoms."""
-        a, b = sorted((int(self.model.geom_bodyid[one]), int(self.model.geom_bodyid[other])))
-        return (a << 16) + b in self.model.exclude_signature
+        return _excluded(self.model, one, other)
 
     def _filtered(self, one: int, other: int) -> bool:
         """Whether MuJoCo leaves a pair of geoms out; see "collision detection: selection" in its documentation."""
@@ -206,10 +261,7 @@ class _ToolPairs:
 
     def _neighbours(self, one: int, other: int, weld: NDArray[np.int32] | NDArray[np.int64]) -> bool:
         """Whether of two geoms one's body carries the other's, bodies that are welded together counting as one."""
-        model = self.model
-        a, b = (int(weld[model.geom_bodyid[geom]]) for geom in (one, other))
-        above = [int(weld[model.body_parentid[body]]) for body in (a, b)]
-        return 0 not in (a, b) and (a == above[1] or b == above[0])
+        return _neighbours(self.model, one, other, weld)
 
     def _span(self, geom: int) -> tuple[float, float]:
         """From where to where a geom reaches along the flange's z axis, from the flange on, m."""

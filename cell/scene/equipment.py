@@ -268,6 +268,7 @@ def add_positioner(assembly: CellAssembly) -> HeldJoints:
         place, quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
     assembly.piece[ROOT] = assembly.piece[PLATE] = BodyOwner.POSITIONER
     _put(assembly, positioner, BodyOwner.POSITIONER, root, place, quat)
+    assembly.held |= {assembly.name(BodyOwner.POSITIONER, "bodies", name) for name in held.bodies}
     if not given.joints:
         pos, quat = assembly.table
         plate = world.site(assembly.name(BodyOwner.POSITIONER, "sites", given.table)).parent

@@ -54,6 +54,7 @@ class Scene:
         has_axis: whether the positioner has E1, E2, (2,).
         base_body: id of the arm's base body.
         sites: ids of the sites flange, tcp, table and part.
+        lost_on_table: shapes of the positioner that MuJoCo leaves out for a joint between that is held, (k, 2).
         warnings: what is left out of the cell or not checked, one line each.
     """
 
@@ -81,6 +82,7 @@ class Scene:
     has_axis: NDArray[np.bool_]
     base_body: int
     sites: dict[str, int]
+    lost_on_table: NDArray[np.int64]
     warnings: tuple[Warning, ...] = ()
 
     @property

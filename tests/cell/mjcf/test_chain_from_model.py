@@ -5,7 +5,11 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
+from support.cells.cell_models import ARM, write_case
 
+from cell.case.read import load_case
+from cell.errors import InputError
+from cell.job.job import prepare
 from cell.mjcf.chain_from_model import chain_of
 
 
@@ -43,3 +47,13 @@ def test_forward_kinematics_is_mujocos(joints_a_body):
             T = base @ chain.forward(q[None])[0]
             np.testing.assert_allclose(T[:3, 3], data.site("tip").xpos, atol=1e-9)
             np.testing.assert_allclose(T[:3, :3], data.site("tip").xmat.reshape(3, 3), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["E1", "E2"])
+def test_a_joint_of_the_arm_that_is_called_as_the_tables_is_refused(tmp_path, name):
+    """A motion would have two columns of that name."""
+    assert ARM.count('"A3"') == 1
+    joints = ["A1", "A2", name, "A4", "A5", "A6"]
+    path = write_case(tmp_path, "cell", arm=ARM.replace('"A3"', f'"{name}"'), robot={"joints": joints})
+    with pytest.raises(InputError, match=rf"robot\.joints: {name} is what an axis of the table is called"):
+        prepare(load_case(path))

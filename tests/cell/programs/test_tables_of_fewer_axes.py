@@ -16,6 +16,7 @@ from cell.programs.exported.exported import Exported
 from cell.programs.orientation import frames_of_poses
 from cell.programs.robodk_script import robodk_script
 from cell.verdict.result import Result
+from slicing import Code
 
 BENCH = """<mujoco><compiler angle="degree"/><worldbody><geom name="slab" type="box" size="0.2 0.2 0.15"
 pos="0 0 0.15"/><frame pos="0 0 0.3" euler="0 0 20"><site name="table" euler="0 0 50"/></frame></worldbody></mujoco>"""
@@ -47,6 +48,15 @@ def test_an_axis_that_the_table_has_not_stands_in_no_point(tmp_path, missing, ke
     script = robodk_script(made.written.program, "BOSS")
     steps = ast.literal_eval("[" + script.partition("STEPS = [")[2].partition("\n]")[0] + "]")
     assert {len(step[7]) for step in steps if step[0] != "event"} == {1}
+
+
+@pytest.mark.parametrize("name", ["E2", "TURN"])
+def test_what_a_program_calls_the_one_axis_of_a_table_is_told(tmp_path, name):
+    _, made = exported(tmp_path, table(tilt=None).replace('"E2"', f'"{name}"'), [name])
+    said = [str(line) for line in made.warnings if getattr(line, "code", None) is Code.PROGRAM_TABLE]
+    assert [line.startswith(f"program: the table's axis {name} is E2 in the program") for line in said] == (
+        [] if name == "E2" else [True]
+    )
 
 
 def test_a_part_that_stands_still_has_a_base_that_no_axis_moves(tmp_path):

@@ -4,9 +4,11 @@ import mujoco
 import numpy as np
 import pytest
 from support.cells.arm_models import HOME, arm
+from support.cells.cell_models import TABLE, write_case
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker
+from cell.collision.table_clearances import tables_alone
 from cell.job.job import prepare
 from slicing.warning import Code
 
@@ -95,3 +97,30 @@ def test_a_hose_that_the_model_excludes_stays_excluded(make_case, tmp_path):
     assert as_mujoco_has_it(text, "hose", "guide") is None
     job, found = at_home(make_case, tmp_path, text)
     assert {job.scene.geom_name(g) for g in found.pair[0].tolist()} != {"hose", "guide"}
+
+
+FINGER = '<geom name="finger" type="capsule" size="0.02" fromto="0 0 0.06 0.25 0 0"/>'
+SWING = '<body name="swing"><joint name="S" axis="1 0 0" range="-30 30"/><geom size="0.02" pos="0 0 0.06"/>'
+
+
+def with_swing(more=""):
+    """The table with a joint between its axes that nobody plans, and a finger that turns over its beam."""
+    text = TABLE.replace('<body name="turn">', SWING + '<body name="turn">' + FINGER)
+    return text.replace("</worldbody>", "</body></worldbody>").replace("<contact>", f"<contact>{more}")
+
+
+@pytest.mark.parametrize("excluded", [False, True])
+def test_what_turns_is_held_against_what_tilts_across_a_joint_that_is_held(tmp_path, excluded):
+    text = with_swing('<exclude body1="tilt" body2="turn"/>' if excluded else "")
+    scene = prepare(load_case(write_case(tmp_path, "cell", table=text))).scene
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    touched = []
+    for E2 in np.deg2rad([0, 45, 90, 180, -90]):
+        data.joint("E2").qpos[0] = E2
+        mujoco.mj_fwdPosition(model, data)
+        plain = {frozenset(model.geom(int(g)).name for g in c.geom) for c in data.contact}
+        found = tables_alone(scene, np.array([[0.0, E2]]))
+        touched.append(frozenset(("finger", "beam")) in plain)
+        assert (found.distance[0] < 0.0) == touched[-1]
+    assert touched == [False, not excluded, not excluded, False, False]

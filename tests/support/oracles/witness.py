@@ -86,6 +86,13 @@ class Model:
         self.excluded = {
             frozenset((m.body(int(s) >> 16).name, m.body(int(s) & 0xFFFF).name)) for s in m.exclude_signature
         }
+        weld = m.body_weldid  # while all of its joints move, planned or not
+        self.neighbours = {
+            frozenset((m.body(a).name, m.body(b).name))
+            for a in range(1, m.nbody)
+            for b in range(1, m.nbody)
+            if weld[a] == weld[b] or weld[m.body_parentid[weld[a]]] == weld[b] != 0
+        }
         self.wire = [g for g in range(m.ngeom) if m.geom(g).name in wires]
         self.solids = [
             Solid(
@@ -205,7 +212,8 @@ class Witness:
             (a, b, clear)
             for a in arm
             for b in self.arm.solids
-            if a.level - b.level >= 2 and frozenset((a.body, b.body)) not in self.arm.excluded
+            if a.level > b.level and frozenset((a.body, b.body)) not in self.arm.excluded
+            if a.level - b.level >= 2 or frozenset((a.body, b.body)) not in self.arm.neighbours
         )
         if moving:
             tables = [s for s in self.table.solids if s.level]
