@@ -13,7 +13,6 @@ import numpy as np
 
 from ..arrays import Floats
 from .offsets import Offsets
-from .surfaces import Revolved
 
 FINE_MM = 1e-3  # by which the distance may be more than what is found
 COARSE_MM = 0.5  # triangles smaller than this are followed only where the distance is greatest
@@ -31,7 +30,7 @@ def greatest_distance(surface: Offsets, triangles: Floats) -> float:
         The distance of one of their points.
     """
     best = float(surface.distance(triangles.reshape(-1, 3)).max())
-    if not isinstance(surface, Revolved):
+    if not surface.bends:
         return best
     while len(triangles):
         middle = triangles.mean(axis=1)
