@@ -235,6 +235,8 @@ MUTANTS = (
     Mutant("slicing/toolpaths/bead_hulls.py", "further[1:-1] = half * np.sqrt(", "further[1:-1] = 0.0 * np.sqrt(", ("slicing/toolpaths/test_bead_hulls.py",)),
     Mutant("slicing/toolpaths/bead_hulls.py", "_across(step, n[:-1], t[:-1]), _across(step, n[1:], t[1:])", "t[:-1], t[1:]", ("slicing/toolpaths/test_bead_hulls.py",)),
     Mutant("slicing/toolpaths/csv_file.py", "(np.diff(number) != 0) | (np.diff(rows) > 1)", "np.diff(number) != 0", ("slicing/toolpaths/test_csv_file.py",)),
+    Mutant("slicing/strategies/cylindrical.py", "greatest_distance(base, mesh.vertices[mesh.faces])", "float(base.distance(mesh.vertices).max())", ("slicing/surfaces/test_greatest_distance.py",)),
+    Mutant("slicing/volume/layer_areas.py", "odd |= top > h", "odd |= top > 1e9 * h", ("slicing/surfaces/test_greatest_distance.py",)),
     Mutant("cell/job/beside_body.py", "if spread[2] < FLAT * spread[0]:", "if False:", (BESIDE,)),
     Mutant("cell/job/job.py", "return self.laid - 1 if self.case.part.toolpath is None else self.deposits_before", "return self.laid - 1", (METAL,)),
     Mutant("cell/cli/main.py", "    _refuse_empty(args)\n", "", ("cell/cli/test_exit_codes.py",)),

@@ -20,6 +20,7 @@ from ..curves.intersect import Curve, intersect_offsets
 from ..layers.layer import Body, Layer, make_layer, without_slivers
 from ..mesh.solid import Floats, Mesh
 from ..parameters import SlicingParameters
+from ..surfaces.greatest_distance import greatest_distance
 
 SAME_GAP_RAD = 1e-5  # gaps between footprints that differ by less are one
 
@@ -38,7 +39,7 @@ def cylindrical_layers(mesh: Mesh, body: Body, parameters: SlicingParameters, ro
     """
     base, step = body.surface, parameters.h_layer_mm
     layers = [make_layer(0, base, root, None, body, step)]
-    heights = heights_below(float(base.distance(mesh.vertices).max()), parameters)
+    heights = heights_below(greatest_distance(base, mesh.vertices[mesh.faces]), parameters)
     for height, curves in zip(
         heights.tolist(), intersect_offsets(mesh, base, heights, parameters.tolerance_mm), strict=True
     ):
@@ -52,7 +53,7 @@ def heights_below(top_mm: float, parameters: SlicingParameters) -> Floats:
     """Heights of the layers after the first one: those above which a sub-volume has more than the tolerance.
 
     Args:
-        top_mm: of its highest corner, from the same surface; no point of a triangle lies higher than its corners.
+        top_mm: of its highest point, from the same surface.
         parameters: h_layer_mm and tolerance_mm count.
 
     Returns:

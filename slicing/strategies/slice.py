@@ -14,7 +14,8 @@ What becomes of shapes that the paper does not speak of, in every strategy:
 - *Ending on another body*: the other end is a top like any other. The mesh ends at the other body, so no curve runs
   inside that; the last bead may reach up to a layer too far, as at any top.
 - *Already flat* (narrow against the body's radius): the first layer above the body is a plane.
-- The stack ends where the next offset meets nothing. Planes go on to the highest point: what floats is cut as well.
+- The stack ends where the next offset meets nothing, and a line says what is left. Planes go on to the highest point:
+  what floats is cut as well.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from ..layers.thickness import resampled
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
 from ..surfaces.bodies import require_fit
+from ..surfaces.greatest_distance import greatest_distance
 from ..volume.layer_areas import hold_volume
 from ..warning import Code, Warning
 from .cylindrical import cylindrical_layers, span
@@ -147,10 +149,12 @@ def footprint(mesh: Mesh, body: Body, tolerance_mm: float) -> tuple[list[Curve],
     """
     heights = body.surface.distance(mesh.vertices)
     if heights.max() <= NUDGE_MM + mesh.noise_mm:
-        raise PartError(
-            f"{mesh.name}: lies wholly inside the body ({body});"
-            f" its outermost point is {max(-float(heights.max()), 0.0):.3f} mm below the body's surface"
-        )
+        outermost = greatest_distance(body.surface, mesh.vertices[mesh.faces])
+        if outermost <= NUDGE_MM + mesh.noise_mm:
+            raise PartError(
+                f"{mesh.name}: lies wholly inside the body ({body});"
+                f" its outermost point is {max(-outermost, 0.0):.3f} mm below the body's surface"
+            )
     gap = least_distance(mesh, body) if heights.min() > 0 else 0.0
     most = max(GREATEST_GAP_MM, body.off_mm)
     if gap > most:

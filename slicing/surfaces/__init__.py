@@ -2,6 +2,6 @@
 
 Modules: ``surfaces`` (all kinds), with ``planes``, ``cylinders``, ``cones`` and ``revolved_profiles``, and ``offsets``
 (what all of them answer); ``bodies`` (round bodies), ``profile`` (turned profiles), ``rays`` (from points back to
-them), ``offset_families`` (offsets of one surface together), ``charts`` and ``pole_chart``
-(maps into the plane), ``meridians`` (profiles by arc length).
+them), ``offset_families`` (offsets of one surface together), ``greatest_distance`` (how far a mesh reaches off one),
+``charts`` and ``pole_chart`` (maps into the plane), ``meridians`` (profiles by arc length).
 """

@@ -40,6 +40,7 @@ from ..layers.poles import poles
 from ..layers.thickness import bead_thickness
 from ..mesh.solid import Floats, Mesh
 from ..surfaces.bodies import Body
+from ..surfaces.greatest_distance import greatest_distance
 from ..surfaces.offsets import Offsets
 from ..surfaces.surfaces import Cylinder, Plane, Revolved, Surface
 from ..warning import WRONG_LAYER, Code, Warning
@@ -47,6 +48,7 @@ from .borders import hold_borders, reaches
 from .solid_flux import SolidFlux
 
 MOST_OFF = 0.02  # of the volume that may be missing or too much
+MOST_LEFT = 0.001  # of the volume that may lie beyond the last layer's upper side
 AREA_SHARE, AREA_MM2 = 0.02, 0.05  # what a layer's area may be off
 REACH_MM = 0.02  # how far to either side of its surface it may fit
 PAST_MM = 1e-4  # beyond a layer's curves: faces that lie in its surface count as below it
@@ -108,13 +110,15 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
     laid = [laid_volume(layer, layers[k - 1].surface if k else None, body, h) for k, layer in enumerate(layers)]
     last = layers[-1]
     rest = flux.volume_beyond(last.surface)
-    top = max(float(last.surface.distance(flux.mesh.vertices).max()), 0.0)
+    top = max(greatest_distance(last.surface, flux.mesh.vertices[flux.mesh.faces]), 0.0)
     on_body = layers[0].on_body  # then every bead lies above its curves
     end, end_mm = (last.area_mm2 * h - rest, h - top) if on_body else (-rest, -top)
     held = HeldVolume(mesh.volume + over_ends, float(sum(laid)), end, end_mm, area, lines)
     missing = held.laid_mm3 - end - held.volume_mm3
     off = min(abs(missing), abs(missing + _evened(layers, laid)))
     odd = any(line.code == Code.LAYER_AREA for line in lines)
+    # a stack that ends early: of what is left above its last layer nothing lies higher than that layer is thick
+    odd |= top > h and flux.volume_beyond(last.surface.offset(h)) > MOST_LEFT * held.volume_mm3
     return held if off <= MOST_OFF * held.volume_mm3 and not odd else _with_volume_line(held, sliced)
 
 
