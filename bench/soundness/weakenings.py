@@ -353,7 +353,7 @@ MUTANTS = (
     Mutant("cell/planning/part_plan.py", "return replace(bead, open=frozenset([bead.first]))", "return bead", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "if self.run.begun is not None or self.judge.every:", "if self.run.begun is not None:", (LOSS_AHEAD,)),
     Mutant("cell/planning/loss_ahead.py", "if search.run() is not None:", "if False:", (LOSS_AHEAD, CUTS)),
-    Mutant("cell/planning/travels/straight_travels.py", "of[found.distance < 2 * context.settings.clearance]", "of[found.distance < 3 * context.settings.clearance]", (LOSS_AHEAD,)),
+    Mutant("cell/planning/travels/straight_travels.py", "_have_room(context.checker, paths, 2 * context.settings.clearance)", "_have_room(context.checker, paths, 3 * context.settings.clearance)", (LOSS_AHEAD,)),
     Mutant("cell/part_chunks/chunked_plan.py", "                bead = replace(bead, open=frozenset([bead.first]))\n", "                pass\n", (LOSS_AHEAD,)),
     Mutant("cell/planning/collision_free_rolls.py", "hides &= (known.room[:-1] < 0) & (known.room[1:] < 0)", "hides[:] = False", (CUTS,)),
     Mutant("cell/planning/blocking_layers.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_blocking_layers.py",)),
