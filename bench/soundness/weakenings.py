@@ -29,7 +29,7 @@ HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/proo
 LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/verification/test_accelerations.py"
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_near_spherical_wrist.py"
 SURFACES = "slicing/surfaces/test_surfaces.py"
-CUTS = "cell/planning/test_bead_cut.py"
+CUTS, CUT_SEARCH = "cell/planning/cuts/test_bead_cut.py", "cell/planning/cuts/test_cut_search.py"
 LOSS_AHEAD = "cell/planning/test_loss_ahead.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
@@ -342,9 +342,14 @@ MUTANTS = (
     Mutant("cell/planning/part_plan.py", "judge = InfeasiblePartJudge(context, first, share, full_searches=0)", "judge = InfeasiblePartJudge(context, first, share, full_searches=1)", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/part_plan.py", "full_searches=searches, lost=lost)", "full_searches=searches)", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/infeasible_part.py", "            if not target_failures and self.full_searches <= 0:\n", "            if False:\n", ("cell/planning/test_part_plan.py",)),
-    Mutant("cell/planning/bead_cut.py", ">= MOST_DETOUR * way", ">= 0.0 * way", (CUTS,)),
-    Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector", (CUTS,)),
-    Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector % max(len(blocked), 1)", (CUTS,)),
+    Mutant("cell/planning/cuts/cut_search.py", "depth >= MOST_DETOUR * way", "depth >= 0.0 * way", (CUTS,)),
+    Mutant("cell/planning/cuts/cut_search.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector", (CUTS,)),
+    Mutant("cell/planning/cuts/cut_search.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector % max(len(blocked), 1)", (CUTS,)),
+    Mutant("cell/planning/cuts/cut_search.py", "deep | bare & self._forbidden_between(a, b)[branch]", "deep | bare", (CUT_SEARCH,)),
+    Mutant("cell/planning/cuts/cut_search.py", "[i for i in some if (i, g) not in self._closely]", "[]", (CUTS, CUT_SEARCH)),
+    Mutant("cell/planning/cuts/cut_search.py", "                more += [(row, roll) for roll in fine[may].tolist()]\n", "", (CUT_SEARCH,)),
+    Mutant("cell/planning/cuts/cut_search.py", "            more += [(row, roll) for roll in fine[on:][may[on:]].tolist()]\n", "", (CUT_SEARCH,)),
+    Mutant("cell/planning/context.py", "joint_of_shapes(scene, links) >= FIRST_OF_WRIST", "joint_of_shapes(scene, links) > FIRST_OF_WRIST + 1", (CUT_SEARCH,)),
     Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut)\n", "", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/infeasible_part.py", "        self.spent += spent\n        if not bead.whole:", "        if not bead.whole:\n            self.spent += spent", (CUTS,)),
     Mutant("cell/planning/part_plan.py", "        return self.loss_ahead.lost is not None\n", "        return False\n", (LOSS_AHEAD,)),

@@ -32,12 +32,12 @@ from ik.chain import Floats
 from ik.reachability_proof import certify
 
 from ..arrays import Ints
-from .bead_cut import cut_bead, may_be_cut
 from .bead_outcome import BeadPlan, TargetFailure
 from .bead_search import BeadSearch
 from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhere
 from .configurations import BRANCHES, nodes_at_rolls
 from .context import FINER_ROLLS, Context
+from .cuts.bead_cut import cut_bead, may_be_cut
 from .edges.edge_check import SearchedBead
 from .station_search import HIT, Ends, StationSearch
 

@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 from ik.roll import wrap
 
-from ..arrays import Ints
-from ..rigid import great_circle
-from ..scene.placement import PlacedTargets
-from .collision_free_rolls import (
+from ...arrays import Ints
+from ...rigid import great_circle
+from ...scene.placement import PlacedTargets
+from ..collision_free_rolls import (
     FINEST,
     MOST_DETOUR,
     KnownRolls,
@@ -38,10 +38,10 @@ from .collision_free_rolls import (
     rolls_sampled,
     with_rolls_between,
 )
-from .configurations import BRANCHES
-from .context import FINER_ROLLS, Context
-from .edges.edge_tracking import EdgePoses
-from .stations import Spacing, nodes_of_poses, stations
+from ..configurations import BRANCHES
+from ..context import FINER_ROLLS, Context
+from ..edges.edge_tracking import EdgePoses
+from ..stations import Spacing, nodes_of_poses, stations
 
 Bools = NDArray[np.bool_]
 AROUND = 1  # stations on either side of where a bead may be cut that are looked at as well

@@ -23,13 +23,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..failure import Failure, FailurePlace, Kind, Where
-from .bead_outcome import BeadPlan
-from .bead_search import BeadSearch
-from .configurations import BRANCHES, nodes_at_rolls
-from .context import Context
+from ...failure import Failure, FailurePlace, Kind, Where
+from ..bead_outcome import BeadPlan
+from ..bead_search import BeadSearch
+from ..configurations import BRANCHES, nodes_at_rolls
+from ..context import Context
+from ..edges.edge_check import SearchedBead
 from .cut_search import CutSearch
-from .edges.edge_check import SearchedBead
 
 SEARCHED = 12  # targets among which a cut is searched as well, to say why it is one
 MOST_PLACES = 24  # that are looked at of each stretch in which a bead may be cut
