@@ -218,7 +218,7 @@ class CutSearch:
             edge, t = np.repeat(np.arange(a, b), 2), np.tile([0.0, 0.5], b - a)
             poses = EdgePoses.of(self.context.placed, np.arange(a, b), np.zeros((b - a, 2)))
             allowed = self._allowed(poses.at(edge - a, t), np.broadcast_to(self.rolls, (len(edge), len(self.rolls))))
-            self._forbidden[a, b] = ~allowed.any(axis=0)
+            self._forbidden[a, b] = np.asarray(~allowed.any(axis=0))
         return self._forbidden[a, b]
 
     def _allowed(self, Ts: Floats, rolls: Floats) -> Bools:
