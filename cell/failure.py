@@ -77,6 +77,7 @@ class Kind(Enum):
     BASE_STANDS = ("base", "base_stands", "table_moves_deg", "", "deg")
     BASE_ROOT = ("base", "base_root", "off_mm", "limit_mm", "mm")  # the table's root
     NOT_GIVEN = ("external", "not_given", "", "", "1")  # axis
+    HALF_TURN = ("external", "half_turn", "turns_deg", "", "deg")  # axis; of an endless one
     BLEND = ("blend", "blend", "blend_mm", "limit_mm", "mm")
     ARC_CORNER = ("blend", "arc_corner", "blend_mm", "limit_mm", "mm")  # no measure: of a PTP by its share
     PTP_WITH_ARC = ("arc", "ptp_with_arc", "", "", "1")

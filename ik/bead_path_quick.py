@@ -27,6 +27,7 @@ from .roll import wrap
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 ROUNDING = 1e-9  # share of a price
+BLOCK = 12_000  # edges priced at a time: what fits a core's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,27 +99,37 @@ def prices(chain: Chain, q: Floats, rolls: Floats, bounds: Bounds, shifts: Ints,
     """
     count = q.shape[-1]
     source = np.arange(count) - shifts[:, None]
-    outside = (source < 0) | (source >= count)
+    outside = None if circular else (source < 0) | (source >= count)
     source %= count
     turning = several_turns(chain)
-    total: Floats = np.zeros(())
-    needed: Floats = np.zeros(())
-    furthest: Floats = np.zeros(())
-    for j in range(len(q)):
-        move = q[j, 1:, :, None, :] - q[j, :-1][:, :, source]
-        if turning[j]:
-            move = wrap(move)
-        move = np.abs(move)
-        furthest = np.maximum(furthest, move)
-        move = move / bounds.speed[j]
-        needed = np.maximum(needed, move)
-        total = total + move
-    turn = np.abs(wrap(rolls[1:, None, :] - rolls[:-1][:, source]))
-    allowed = (furthest <= bounds.largest[:, None, None, None]) & (needed <= bounds.times[:, None, None, None])
-    allowed &= (turn <= bounds.roll_step[:, None, None] + 1e-9)[:, None]
-    if not circular:
-        allowed &= ~outside
-    return np.where(allowed, move_price(needed, total) + (bounds.roll_price * turn)[:, None], np.inf)
+    out: Floats = np.empty((q.shape[1] - 1, q.shape[2], *source.shape))
+    at_a_time = max(BLOCK // max(out[:1].size, 1), 1)
+    for first in range(0, len(out), at_a_time):
+        price, stop = out[first : first + at_a_time], min(first + at_a_time, len(out))
+        price[:] = 0.0
+        needed, furthest = np.zeros_like(price), np.zeros_like(price)
+        move, whole = np.empty_like(price), np.empty_like(price)
+        for j in range(len(q)):
+            np.subtract(q[j, first + 1 : stop + 1, :, None], q[j, first:stop].take(source, axis=2), out=move)
+            if turning[j]:
+                np.divide(np.add(move, np.pi, out=whole), TURN, out=whole)
+                np.floor(whole, out=whole)
+                move -= np.multiply(whole, TURN, out=whole)
+            np.abs(move, out=move)
+            np.maximum(furthest, move, out=furthest)
+            move /= bounds.speed[j]
+            np.maximum(needed, move, out=needed)
+            price += move
+        turn = np.abs(wrap(rolls[first + 1 : stop + 1, None, :] - rolls[first:stop].take(source, axis=1)))
+        some = slice(first, stop), None, None, None
+        allowed = (furthest <= bounds.largest[some]) & (needed <= bounds.times[some])
+        allowed &= (turn <= bounds.roll_step[first:stop, None, None] + 1e-9)[:, None]
+        if outside is not None:
+            allowed &= ~outside
+        price[:] = move_price(needed, price)
+        price += (bounds.roll_price * turn)[:, None]
+        price[~allowed] = np.inf
+    return out
 
 
 def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | None:
@@ -132,24 +143,21 @@ def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | No
     Returns:
         The branch, and the sample at each target, (t,); None where there is no way.
     """
-    branches, count = cost.shape[1:]
+    count = cost.shape[2]
     if count == len(shifts) == 1:  # of a held roll each branch has one way
         return steadiest(cost, edges, np.inf)
     source = (np.arange(count) - shifts[:, None]) % count
-    at = np.arange(branches)[:, None], np.arange(count)
-    here = cost[0]
-    back = []
+    here, come = cost[0], [cost[0]]
     for price, edge in zip(cost[1:], edges, strict=True):
-        arrived = here[:, source] + edge
-        choice = arrived.argmin(axis=1)
-        back.append(choice)
-        here = arrived[at[0], choice, at[1]] + price
+        here = (here.take(source, axis=1) + edge).min(axis=1) + price
+        come.append(here)
     g, r = (int(v) for v in np.unravel_index(int(here.argmin()), here.shape))
     if not np.isfinite(here[g, r]):
         return None
+    arrived = np.stack(come)[:-1, g].take(source, axis=1) + edges[:, g]
     way = [r]
-    for choice in reversed(back):
-        way.append(int(source[choice[g, way[-1]], way[-1]]))
+    for choice in reversed(arrived.argmin(axis=1).tolist()):
+        way.append(int(source[choice[way[-1]], way[-1]]))
     return g, np.array(way[::-1])
 
 

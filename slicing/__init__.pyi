@@ -26,6 +26,7 @@ from .layers.layer import SlicedSubVolume as SlicedSubVolume
 from .mesh.hull import convex_hull as convex_hull
 from .mesh.hull import hull_planes as hull_planes
 from .mesh.load import load_mesh as load_mesh
+from .mesh.load import read_triangles as read_triangles
 from .mesh.load import solid_from_arrays as solid_from_arrays
 from .mesh.solid import Bools as Bools
 from .mesh.solid import Mesh as Mesh
@@ -115,6 +116,7 @@ __all__ = [
     "overhangs",
     "part_shape",
     "read_toolpath",
+    "read_triangles",
     "sample_beads",
     "scores_of",
     "share_of",

@@ -36,6 +36,10 @@ BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_m
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
+BUILT = "cell/job/test_built_solids.py"
+SEVEN = "cell/programs/test_seven_joints.py"
+ENDLESS = "cell/programs/running/test_endless_axes.py"
+NEAR = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
@@ -62,6 +66,16 @@ class Mutant:
 
 
 MUTANTS = (
+    # models of an integrator's own cell
+    Mutant("cell/scene/contacts.py", ">= 2 or not self._neighbours(o, i, self.weld_of_model)]", ">= 2]", ("cell/scene/test_two_joints_in_one_body.py",)),
+    Mutant("cell/scene/equipment.py", "if len(child.worldbody.geoms) or own_origin:", "if len(child.worldbody.geoms):", ("cell/scene/test_compose.py",)),
+    Mutant("cell/mjcf/wire_end.py", "if beside > max(BESIDE, *", "if beside > 10 * max(BESIDE, *", ("cell/mjcf/test_wire_end.py",)),
+    Mutant("cell/mjcf/wire_end.py", "if abs(ahead) <= OFF_END:", "if ahead <= OFF_END:", ("cell/mjcf/test_wire_end.py",)),
+    Mutant("cell/scene/workpiece.py", 'if path.suffix.lower() != ".obj":', "if True:", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/finite_numbers.py", "found = np.flatnonzero(~(np.abs(values) <= LARGEST).all(axis=1))", "found = np.flatnonzero((np.abs(values) > LARGEST).any(axis=1))", ("cell/mjcf/test_finite_numbers.py",)),
+    Mutant("cell/scene/workpiece.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/scene/absent_shapes.py", "float(reach.max()) < TINY * way", "float(reach.max()) < 0", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/scene/table_axes.py", 'if len(joints) == 2 and (outer == "E2" or inner == "E1"):', "if False:", ("cell/scene/test_table_axes.py",)),
     # bounds
     Mutant("cell/collision/proofs/reach_radii.py", " - anchors[i]) + model.geom_rbound[g]", " - anchors[i])", (BOUNDS,)),
     Mutant("cell/collision/proofs/between_samples.py", "room <= joint_travel_bound(radius, a, b)", "room <= 0.2 * joint_travel_bound(radius, a, b)", (BOUNDS,)),
@@ -214,6 +228,11 @@ MUTANTS = (
     Mutant("slicing/decomposition/cut.py", "            kept += part\n            beside.append((vertices, faces))\n            (ends if", "            kept += part\n            (ends if", (BESIDE,)),
     Mutant("cell/job/job.py", "shape.hulls | pieces_beside(part.beside_profile)", "shape.hulls", (BESIDE,)),
     Mutant("cell/job/wire_in_metal.py", "and case.slicing.strategy != \"revolved\"", "", (METAL,)),
+    Mutant("cell/job/job.py", "shape.hulls | rest_of_built([s.mesh for s, _ in built], shape.hulls)", "shape.hulls", (BUILT,)),
+    Mutant("cell/job/built_solids.py", 'of_it = ("body/", f"built/{solid.name}/")', 'of_it = ("body/", "built/")', (BUILT,)),
+    Mutant("slicing/toolpaths/bead_hulls.py", "further[1:-1] = half * np.sqrt(", "further[1:-1] = 0.0 * np.sqrt(", ("slicing/toolpaths/test_bead_hulls.py",)),
+    Mutant("slicing/toolpaths/bead_hulls.py", "_across(step, n[:-1], t[:-1]), _across(step, n[1:], t[1:])", "t[:-1], t[1:]", ("slicing/toolpaths/test_bead_hulls.py",)),
+    Mutant("slicing/toolpaths/csv_file.py", "(np.diff(number) != 0) | (np.diff(rows) > 1)", "np.diff(number) != 0", ("slicing/toolpaths/test_csv_file.py",)),
     Mutant("cell/job/beside_body.py", "if spread[2] < FLAT * spread[0]:", "if False:", (BESIDE,)),
     Mutant("cell/job/job.py", "return self.laid - 1 if self.case.part.toolpath is None else self.deposits_before", "return self.laid - 1", (METAL,)),
     Mutant("cell/cli/main.py", "    _refuse_empty(args)\n", "", ("cell/cli/test_exit_codes.py",)),
@@ -282,6 +301,13 @@ MUTANTS = (
     Mutant("cell/programs/exported/exported.py", "[*case_files(self.job.case), *reads]", "reads", (EXPORTED,)),
     Mutant("cell/programs/exported/written_files.py", "if made and not done and folder is not None:", "if False:", (EXPORTED,)),
     Mutant("cell/programs/program_check.py", "    yield from _tools(run, job)\n", "", (PROGRAMS,)),
+    Mutant("cell/programs/from_motion.py", "np.flatnonzero(np.diff(near[begin - at : w - at]))", "np.zeros(0, dtype=np.int64)", (NEAR,)),
+    Mutant("cell/programs/from_motion.py", "        if slow:\n            limit", "        if False:\n            limit", (NEAR,)),
+    Mutant("cell/programs/export.py", "if job.scene.chain.n > POSE_NUMBERS:", "if False:", (SEVEN,)),
+    Mutant("cell/programs/running/program_path.py", "if n > POSE_NUMBERS and len(to_poses):", "if False:", (SEVEN,)),
+    Mutant("cell/programs/from_motion.py", "float(np.deg2rad(120.0))", "float(np.deg2rad(360.0))", (ENDLESS,)),
+    Mutant("cell/programs/running/external_axes.py", "given[:, k] = np.unwrap(given[:, k])", "pass", (ENDLESS,)),
+    Mutant("cell/programs/running/external_axes.py", "(turn > np.pi - OPEN)", "(turn > 2 * np.pi - OPEN)", (ENDLESS,)),
     Mutant("cell/programs/krl/data.py", "if name not in STANDARD:", "if False:", (INNER,)),
     Mutant("cell/programs/krl/execution.py", "if any(True for of in _expressions_of(one) for _ in calls_of(of)):", "if False:", (INNER,)),
     Mutant("cell/programs/krl/line_forms.py", "    if names:\n        yield Statement(\"inner\"", "    if not names:\n        yield Statement(\"inner\"", (INNER,)),
@@ -339,7 +365,6 @@ MUTANTS = (
     Mutant("cell/planning/collision_free_rolls.py", "< MOST_DETOUR * context.screen", "< 0.1 * MOST_DETOUR * context.screen", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
     Mutant("cell/planning/infeasible_part.py", "rest = frozenset(range(first, stop)) - target_failures.keys()", "rest = frozenset[int]()", ("cell/planning/test_infeasible_part.py",)),
     Mutant("cell/planning/part_plan.py", "if not postponed or any(run.lost for run in found):", "if True:", ("cell/planning/test_part_plan.py",)),
-    Mutant("cell/planning/part_plan.py", "judge = InfeasiblePartJudge(context, first, share, full_searches=0)", "judge = InfeasiblePartJudge(context, first, share, full_searches=1)", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/part_plan.py", "full_searches=searches, lost=lost)", "full_searches=searches)", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/infeasible_part.py", "            if not target_failures and self.full_searches <= 0:\n", "            if False:\n", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/cuts/cut_search.py", "depth >= MOST_DETOUR * way", "depth >= 0.0 * way", (CUTS,)),
@@ -351,7 +376,6 @@ MUTANTS = (
     Mutant("cell/planning/cuts/cut_search.py", "            more += [(row, roll) for roll in fine[on:][may[on:]].tolist()]\n", "", (CUT_SEARCH,)),
     Mutant("cell/planning/context.py", "joint_of_shapes(scene, links) >= FIRST_OF_WRIST", "joint_of_shapes(scene, links) > FIRST_OF_WRIST + 1", (CUT_SEARCH,)),
     Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut)\n", "", ("cell/planning/test_part_plan.py",)),
-    Mutant("cell/planning/infeasible_part.py", "        self.spent += spent\n        if not bead.whole:", "        if not bead.whole:\n            self.spent += spent", (CUTS,)),
     Mutant("cell/planning/part_plan.py", "        return self.loss_ahead.lost is not None\n", "        return False\n", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "return plan_runs(context, [replace(run, last=()) for run in runs], planned, progress)", "pass", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "        found = [run.with_bead(ahead) if run.has(ahead) else run for run in found]\n", "", (LOSS_AHEAD,)),

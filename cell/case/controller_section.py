@@ -215,10 +215,13 @@ class ControllerSection(Section):
 
     @model_validator(mode="after")
     def _program_is_no_hook(self) -> ControllerSection:
-        called = {re.split(r"\W", line.strip(), maxsplit=1)[0].upper() for line in self.all_hooks()}
-        if self.program is not None and self.program.upper() in called:
+        if self.program is not None and self.program.upper() in self.called_by_hooks():
             raise ValueError(f"program: a hook calls a sub-program named {self.program}; another name is needed")
         return self
+
+    def called_by_hooks(self) -> set[str]:
+        """The first word of every line of the hooks, in capitals: modules of these names are the controller's own."""
+        return {re.split(r"\W", line.strip(), maxsplit=1)[0].upper() for line in self.all_hooks()} - {""}
 
     def all_hooks(self) -> list[str]:
         """Every line of the hooks."""

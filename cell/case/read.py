@@ -165,6 +165,8 @@ def _check_toolpath(case: Case) -> None:
         raise InputError(
             f"{case.path}: part.body: needs radius_mm or profile_mm, the body that the toolpath's beads lie on"
         )
+    if part.units != "mm" and part.body.mesh is None:
+        raise InputError(f"{case.path}: part.units: leave it out: a toolpath's columns are in mm")
     for key, given in (("part.take", part.take), ("part.built", part.built), ("slicing.body", case.slicing.body)):
         if given:
             raise InputError(f"{case.path}: {key}: leave it out: a toolpath is laid whole, on its body")

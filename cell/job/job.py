@@ -55,6 +55,7 @@ from ..scene.scene import Scene, table_angles
 from ..units import METRES_PER_MM
 from .beside_body import pieces_beside
 from .build_order import BuildOrder, in_build_order, layers_of, ordered_shape
+from .built_solids import rest_of_built
 from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_runs, check_table
 from .table_winding import for_moving_table
@@ -372,6 +373,7 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     shape = toolpath_shape(path, part.body_mesh, part.profile, axis, built)
     if part.body_solid is None:
         shape = replace(shape, hulls=shape.hulls | pieces_beside(part.beside_profile))
+    shape = replace(shape, hulls=shape.hulls | rest_of_built([s.mesh for s, _ in built], shape.hulls))
     targets, order, layers = path.targets, None, layers_of(shape)
     runs = build_runs(case, targets.sub_volume, layers)
     if runs is not None:

@@ -24,6 +24,7 @@ from slicing import Code, Warning
 from ..errors import InputError
 from .couplings import check_couplings
 from .held_settings import OwnPlaces
+from .names import name_bodies
 
 HINGE, SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
 BALL, FREE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_FREE
@@ -42,12 +43,14 @@ class HeldJoints:
         home: places of the planned joints in the model's key ``home``, rad; empty where it has no such key.
         keys: names of the model's keys.
         warnings: where every other joint stands, and which couplings are left out.
+        bodies: names of the bodies from which joints were taken, so that they are welded to what carries them.
     """
 
     joints: tuple[str, ...]
     home: dict[str, float]
     keys: tuple[str, ...]
     warnings: tuple[Warning, ...]
+    bodies: tuple[str, ...] = ()
 
 
 def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> HeldJoints:
@@ -86,12 +89,18 @@ def hold(spec: mujoco.MjSpec, planned: Sequence[str], own: OwnPlaces) -> HeldJoi
         _drop_what_drives(spec)
     if home is not None:
         reported += _dragged(spec, model, own)
+    welded = []
     for body in spec.bodies:
         joints = list(body.joints)
         if all(joint.name in planned for joint in joints):
             continue
         reported += _fold(spec, model, body, planned, own, home)
-    return HeldJoints(has, _places(model, home, planned), keys, tuple(_few(reported)))
+        if not len(body.joints):
+            welded.append(body)
+    if any(not body.name for body in welded):
+        name_bodies(spec, own.section)
+    names = tuple(body.name for body in welded)
+    return HeldJoints(has, _places(model, home, planned), keys, tuple(_few(reported)), names)
 
 
 def _few(reported: list[Warning]) -> Iterator[Warning]:

@@ -50,13 +50,8 @@ def name_all(spec: mujoco.MjSpec, what: str) -> None:
         spec: a model by itself; changed in place.
         what: what its worldbody is called.
     """
-    bodies = list(spec.bodies)  # parents come first
-    taken = {body.name for body in bodies}
-    for body in bodies[1:]:
-        if not body.name:
-            number = list(body.parent.bodies).index(body) + 1
-            body.name = _free(f"{_label(body.parent, what)} (body {number})", taken)
-            taken.add(body.name)
+    name_bodies(spec, what)
+    bodies = list(spec.bodies)
     for kind, word in (("joints", "joint"), ("geoms", "geom")):
         taken = {element.name for element in getattr(spec, kind)}
         for body in bodies:
@@ -64,6 +59,22 @@ def name_all(spec: mujoco.MjSpec, what: str) -> None:
                 if not element.name:
                     element.name = _free(f"{_label(body, what)} ({word} {number})", taken)
                     taken.add(element.name)
+
+
+def name_bodies(spec: mujoco.MjSpec, what: str) -> None:
+    """Name bodies that have no name, after the body that holds them.
+
+    Args:
+        spec: a model by itself; changed in place.
+        what: what its worldbody is called.
+    """
+    bodies = list(spec.bodies)  # parents come first
+    taken = {body.name for body in bodies}
+    for body in bodies[1:]:
+        if not body.name:
+            number = list(body.parent.bodies).index(body) + 1
+            body.name = _free(f"{_label(body.parent, what)} (body {number})", taken)
+            taken.add(body.name)
 
 
 def _label(body: mujoco.MjsBody, what: str) -> str:

@@ -28,7 +28,7 @@ from ..processes.work_round import Aside, Task
 from ..processes.worker import Tick
 from ..processes.worker_pool import WorkerPool
 from ..progress import Progress
-from .chunk_starts import beginnings, is_lost, with_first_bead
+from .chunk_starts import beginnings
 from .chunking import Chunk, Shared, pool_for_chunks
 from .joins import JoinedBead, join_to, same_end, turned_to_chunk_before
 from .runs_ahead import RunsAhead
@@ -59,13 +59,11 @@ class _BesidePlanning(Aside):
         self.ahead, self._worth_it = RunsAhead(shared), False
         self._context, self._chunks, self._meanwhile = shared.context, chunks, meanwhile
         share, start, last = 1 / len(chunks), shared.context.span.start, last_beads(chunks[-1].firsts, chunks[-1].stop)
-        self.runs = [BeadRun(chunk.firsts, chunk.stop, start, None, True, share, last=last) for chunk in chunks]
+        self.runs = [BeadRun(chunk.firsts, chunk.stop, start, reduced=True, share=share, last=last) for chunk in chunks]
 
     def __call__(self) -> None:
-        known, q_before = beginnings(self._context, self._chunks)
-        lost = is_lost(known)
-        self.runs[:] = [replace(run, q_before=q, lost=lost) for run, q in zip(self.runs, q_before, strict=True)]
-        self.runs[0] = replace(self.runs[0], known=known)
+        q_before = beginnings(self._context, self._chunks)
+        self.runs[1:] = [replace(run, q_before=q) for run, q in zip(self.runs[1:], q_before, strict=True)]
         self._worth_it = self._meanwhile is None or bool(self._meanwhile())
 
     def next_task(self, found: Sequence[PlannedRun | None], *, here: bool) -> Task | None:
@@ -129,9 +127,6 @@ def join_chunks(
 
 
 def _planned(shared: Shared, run: BeadRun, tick: Tick) -> PlannedRun:
-    first = run.firsts[0] == shared.context.span.first
-    if first and run.known is None and run.begun is None:
-        run = with_first_bead(shared.context, run)
     return plan_run(shared.context, run, tick)
 
 

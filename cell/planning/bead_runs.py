@@ -52,19 +52,6 @@ class PartPlan:
 
 
 @dataclass(frozen=True, eq=False)
-class KnownBead:
-    """A bead that is planned before the run that it belongs to.
-
-    Attributes:
-        bead: its plan.
-        spent: configurations that are charged for it.
-    """
-
-    bead: BeadPlan
-    spent: float
-
-
-@dataclass(frozen=True, eq=False)
 class PostponedRun:
     """A run up to its first postponed bead.
 
@@ -85,7 +72,6 @@ class BeadRun:
         firsts: first target of each.
         stop: one past the last target of the last.
         q_before: where the arm comes from, (j,), rad, or None.
-        known: the first of them, where it is planned already.
         reduced: whether travels are searched with few attempts from the beginning.
         share: of what the whole part may cost where it is lost.
         begun: where to go on; None: at the first bead.
@@ -97,7 +83,6 @@ class BeadRun:
     firsts: tuple[int, ...]
     stop: int
     q_before: Floats | None
-    known: KnownBead | None = None
     reduced: bool = False
     share: float = 1.0
     begun: PostponedRun | None = None

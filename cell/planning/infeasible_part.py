@@ -153,13 +153,6 @@ class InfeasiblePartJudge:
         """Count what has been asked since the context's counter stood at ``before``."""
         self.spent += self.context.work - before
 
-    def knows(self, bead: BeadPlan, spent: float) -> None:
-        """Go on after a bead that was planned elsewhere, with what is to be charged for it."""
-        self.spent += spent
-        if not bead.whole:
-            self.lost = True
-            self._suspect = next(iter(bead.target_failures), self._suspect)
-
     def plan(
         self,
         first: int,

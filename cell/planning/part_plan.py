@@ -15,14 +15,12 @@ from functools import partial
 
 import numpy as np
 
-from ik.chain import Floats
-
 from ..arrays import Ints
 from ..failure import Failure, FailurePlace, Where
 from ..progress import Progress, counted_progress
 from .bead_outcome import BeadPlan
 from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
-from .bead_runs import BeadRun, KnownBead, PartPlan, PlannedRun, PostponedRun
+from .bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
 from .beads_ahead import BeadsAhead
 from .context import Context
 from .edges.edge_check import Stretch
@@ -196,9 +194,6 @@ class _RunSearch:
 
     def _bead(self, first: int, stop: int, last: Stretch | None) -> BeadPlan | None:
         """A bead; None: it is postponed."""
-        if self.run.known is not None and self.run.known.bead.first == first:
-            self.judge.knows(self.run.known.bead, self.run.known.spent)
-            return self.run.known.bead
         lost = None if self.loss_ahead is None else self.loss_ahead.lost
         if lost is not None and lost.first == first:
             return lost
@@ -290,24 +285,6 @@ class _RunSearch:
             if self.loss_ahead.lost is not None:
                 self.judge.lost, self.ahead.most_misses = True, 1  # what is like that bead is not found so either
         return self.loss_ahead.lost is not None
-
-
-def known_bead(context: Context, first: int, stop: int, q_before: Floats | None, share: float) -> KnownBead | None:
-    """The first bead of a run, planned as the run would plan it.
-
-    Args:
-        context: what the search needs.
-        first: its first target.
-        stop: one past its last.
-        q_before: where the arm comes from, (j,), rad, or None.
-        share: as of the run.
-
-    Returns:
-        The bead; None where the run would postpone it.
-    """
-    judge = InfeasiblePartJudge(context, first, share, full_searches=0)
-    bead = judge.plan(first, stop, q_before, partial(plan_bead, context, first, stop, q_before))
-    return None if bead is None else KnownBead(bead, judge.spent)
 
 
 def travel_failure(travel: Failure, last: Stretch, first: int) -> Failure:

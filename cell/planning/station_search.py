@@ -210,18 +210,27 @@ class StationSearch:
 
     def _through_stations(self) -> tuple[int, Ints] | None:
         """Group and samples of the cheapest way that is free at the stations, (s,)."""
-        edges, shifts = self._edges()
+        # a branch in which some station cannot be reached at all has no way through
+        branches = np.flatnonzero(np.isfinite(self.cost).any(axis=2).all(axis=0))
+        if not len(branches):
+            return None
+        edges, shifts = self._edges(branches)
         arriving, weight = self._arriving(self.q[:, 0]), len(self.bead) / len(self.at)
         s = np.arange(len(self.at))
+
+        def cheapest(usable: NDArray[np.bool_]) -> tuple[int, Ints] | None:
+            cost = (self.cost + self.expected_cost) * weight
+            cost[0] += arriving
+            found = banded.cheapest(np.where(usable, cost, np.inf)[:, branches], edges, shifts)
+            return None if found is None else (int(branches[found[0]]), found[1])
+
         free = 0
         for _ in range(PATHS_A_ROUND):
             if self.context.work > self._most:
                 return None
-            cost = (self.cost + self.expected_cost) * weight
-            cost[0] += arriving
             if free == FREE_PATHS:  # what else may be clearer is not worth looking at
-                return banded.cheapest(np.where(self.known == FREE, cost, np.inf), edges, shifts)
-            path = banded.cheapest(np.where(self.known == HIT, np.inf, cost), edges, shifts)
+                return cheapest(self.known == FREE)
+            path = cheapest(self.known != HIT)
             if path is None:
                 return None
             g, r = path
@@ -235,7 +244,8 @@ class StationSearch:
                 free += 1
         return None
 
-    def _edges(self) -> tuple[Floats, Ints]:
+    def _edges(self, branches: Ints) -> tuple[Floats, Ints]:
+        """Edges between stations in some branches, (s - 1, b, shifts, r), and by how many samples the roll changes."""
         bounds = self.bounds
         total, far = (np.concatenate([[0.0], np.cumsum(each)]) for each in (bounds.times, bounds.largest))
         steps = np.diff(self.at)
@@ -249,7 +259,7 @@ class StationSearch:
         rolls = np.broadcast_to(self.rolls, (len(self.at), len(self.rolls)))
         shifts = np.arange(-most, most + 1)
         full = self.context.window.is_full
-        return banded.prices(self.chain, self.q, rolls, wider, shifts, circular=full), shifts
+        return banded.prices(self.chain, self.q[:, :, branches], rolls, wider, shifts, circular=full), shifts
 
     def _look(self, s: Ints, g: int, r: Ints) -> NDArray[np.bool_]:
         """Check nodes of stations; which collide."""

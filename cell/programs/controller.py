@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -37,6 +37,7 @@ class Controller:
         machine: index of the table in MACHINE_DEF.
         advance: points computed ahead, 0 to 5.
         points_a_module: most moves of one file.
+        taken: names of modules that the hooks call, in capitals.
         hooks: lines written where something happens, as templates.
         patterns: by which events are recognised: those of the hooks, then the case's.
         harmless: patterns of statements that move nothing.
@@ -54,6 +55,7 @@ class Controller:
     machine: int = 2
     advance: int = 3
     points_a_module: int = 1000
+    taken: frozenset[str] = frozenset()
     hooks: Mapping[EventKind, tuple[str, ...]] = field(default_factory=dict)
     patterns: tuple[HookPattern, ...] = ()
     harmless: tuple[re.Pattern[str], ...] = ()
@@ -113,7 +115,8 @@ def controller_of(case: Case, **changes: Any) -> Controller:
         ),
     ]
     return Controller(
-        program=section.program or program_name(case.title),
+        program=section.program or program_name(case.title, section.called_by_hooks()),
+        taken=frozenset(section.called_by_hooks()),
         machine=section.machine,
         advance=section.advance,
         points_a_module=section.points_a_module,
@@ -138,10 +141,16 @@ def matrix_of(frame: FrameSection) -> Floats:
     return frames_of_poses(np.concatenate((np.array(frame.position_mm) * METRES_PER_MM, np.radians(frame.abc_deg))))
 
 
-def program_name(title: str) -> str:
-    """A module's name made of a case's: its ASCII letters and digits, 24 of them at most, a letter first."""
+def program_name(title: str, taken: Collection[str] = ()) -> str:
+    """A module's name made of a case's: its ASCII letters and digits, 24 of them at most, a letter first.
+
+    Args:
+        title: of the case.
+        taken: names that other modules have, in capitals.
+    """
     plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode()
     name = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")
-    if not name or not name[0].isalpha() or name.upper() in KRL_WORDS:
+    name = name[:MOST_PROGRAM_NAME].rstrip("_")
+    if not name or not name[0].isalpha() or name.upper() in KRL_WORDS or name.upper() in taken:
         name = f"P_{name}"
     return name[:MOST_PROGRAM_NAME].rstrip("_")

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..errors import InputError
 from ..job.job import Job
 from ..motion.file_order import in_one_order
 from ..motion.motion import Motion, required
@@ -28,6 +29,7 @@ from .krl_write import write_krl
 from .program import SourceLine
 from .program_check import ProgramResult, check_program
 from .round_trip import OFF, TURNED, ProgramDeviation, compared, difference_of
+from .running.program_path import POSE_NUMBERS
 
 
 def export_program(job: Job, motion: Motion) -> Exported:
@@ -41,8 +43,14 @@ def export_program(job: Job, motion: Motion) -> Exported:
         The program, and its fault if there is one. Nothing is written before its method ``write`` is called.
 
     Raises:
-        InputError: there is no motion (None, of an infeasible result), or what was made cannot be read; one line.
+        InputError: there is no motion (None, of an infeasible result), the arm has seven joints, or what was made
+            cannot be read; one line.
     """
+    if job.scene.chain.n > POSE_NUMBERS:
+        raise InputError(
+            f"{job.case.path}: robot.joints: no program is written for an arm of {job.scene.chain.n} joints: a line of "
+            "the TCP leaves one of them to the controller; --motion of rbam check writes all joints"
+        )
     job, motion = in_one_order(job, required(motion))
     controller = replace(cell_controller(job), limits=ReadLimits())
     frames = frames_of(job, controller)

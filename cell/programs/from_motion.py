@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 from slicing import Code, Warning
@@ -32,6 +33,7 @@ from .cell_controller import ProgramFrames
 from .cell_frames import tables_seen_from_base
 from .orientation import pose_of
 from .program import Event, EventKind, MoveKind, Moves, Program
+from .running.external_axes import endless_axes
 from .running.interpolation import angles_between, turned_shares
 
 WINDOW_S = 2.0  # over which points are counted
@@ -40,7 +42,9 @@ SPEED_STEP = 1e-5  # m/s: the digits of a speed
 TRAVEL_STEP = 1e-4  # likewise of ways with the arc off
 MOST_LINE_SPEED = 2.0  # m/s of a line: what a controller takes
 FIRST_SHARE = 0.1  # of the axes' speed to the first point, from wherever the arm is
+SAME_RETRACTION = 1e-6  # m, likewise of where the torch is drawn back to
 JOINT_LINE = 1e-6  # rad that rows may be off the straight line of all axes
+MOST_TURN = float(np.deg2rad(120.0))  # of an endless axis in a move: from 180 deg on it would go the other way
 WAIT = 1e-4  # s: rows at one place that last longer are a wait
 
 
@@ -239,19 +243,36 @@ class _Made:
         elif not leads_to_bead and self.motion.arc[at]:
             self._event(EventKind.LAYER_END, at)
         begin = at
+        near = self._near_a_bead(at, end)
         waits = np.flatnonzero(self.still[at:end]) + at
         for w in [*waits.tolist(), end]:
-            self._travel(begin, w)
+            turns = begin + 1 + np.flatnonzero(np.diff(near[begin - at : w - at]))
+            for stop in [*turns.tolist(), w]:
+                self._travel(begin, stop, slow=begin < stop and bool(near[begin - at]))
+                begin = stop
             if w < end and self.dt[w] > WAIT:
                 self._event(EventKind.WAIT, w, float(self.dt[w]))
             begin = w + 1
         return end
 
+    def _near_a_bead(self, at: int, end: int) -> NDArray[np.bool_]:
+        """Which steps of a way with the arc off leave or approach a bead within the retraction, (end - at,).
+
+        There the checked motion is held to the speed of travels; farther off the axes alone limit it.
+        """
+        p = self.T[at : end + 1, :3, 3]
+        near = self.job.case.process.retract_mm * METRES_PER_MM + SAME_RETRACTION
+        leaving = np.logical_and.accumulate(np.linalg.norm(p[1:] - p[0], axis=1) <= near)
+        arriving = np.logical_and.accumulate(np.linalg.norm(p[:-1] - p[-1], axis=1)[::-1] <= near)[::-1]
+        out: NDArray[np.bool_] = (leaving & bool(self.motion.arc[at])) | (arriving & bool(self.motion.arc[end]))
+        return out
+
     def _other_layer(self, at: int, end: int) -> bool:
         t, a, b = self.job.targets, int(self.motion.target[at]), int(self.motion.target[end])
         return bool(t.layer[a] != t.layer[b] or t.sub_volume_index[a] != t.sub_volume_index[b])
 
-    def _travel(self, first: int, last: int) -> None:
+    def _travel(self, first: int, last: int, *, slow: bool) -> None:
+        """A way without a stop; ``slow`` where the speed of travels near a bead holds."""
         at = first
         while at < last:
             straight = _farthest(self._on_line, at, last)
@@ -262,9 +283,7 @@ class _Made:
                 self._move(straight, MoveKind.LINEAR, speed=max(round(speed / TRAVEL_STEP), 1) * TRAVEL_STEP)
                 at = straight
             else:
-                most = self.job.case.controller.axis_speed_percent / 100
-                share = float(np.clip(np.ceil(self.axis_use[at:joint].max() * 100 - 1e-6) / 100, 0.01, most))
-                self._move(joint, MoveKind.AXES, share=share)
+                self._move(joint, MoveKind.AXES, share=self._axis_share(slice(at, joint), slow=slow))
                 at = joint
 
     def _bead(self, first: int) -> int:
@@ -303,6 +322,16 @@ class _Made:
         change = (np.abs(np.diff(speed)) > SPEED_STEP / 2) | (still[1:] != still[:-1]) | corner | still[1:]
         return [*(first + 1 + np.flatnonzero(change)).tolist(), last]
 
+    def _axis_share(self, steps: slice, *, slow: bool) -> float:
+        """The share of their speed that the axes have on a move, in whole percent."""
+        use, most = self.axis_use[steps], self.job.case.controller.axis_speed_percent / 100
+        percent = np.ceil(use.max() * 100 - 1e-6)
+        if slow:
+            limit = self.job.case.process.travel_speed_mm_s * METRES_PER_MM
+            fastest = (self.tcp_speed[steps] / np.maximum(use, NO_MOVE)).max()  # m/s, at full speed of the axes
+            percent = min(percent, np.floor(limit / max(fastest, NO_MOVE) * 100 + 1e-6))
+        return float(np.clip(percent / 100, 0.01, most))
+
     def _on_line(self, a: int, b: int) -> bool:
         """Whether the rows between two lie on the line of the TCP from one to the other."""
         inner = slice(a + 1, b)
@@ -315,6 +344,8 @@ class _Made:
         if (np.diff(share) < 0).any():
             return False
         limits, table = self.thinning, self.motion.table
+        if self._turns_too_far(a, b):
+            return False
         if (np.linalg.norm(p - start[:3, 3] - share[:, None] * way, axis=1) > limits.chord).any():
             return False
         external = np.abs(table[a] + share[:, None] * (table[b] - table[a]) - table[inner])
@@ -331,6 +362,8 @@ class _Made:
         if length < NO_MOVE**2:
             return False
         share = np.clip((inner - self.axes[a]) @ way / length, 0.0, 1.0)
+        if self._turns_too_far(a, b):
+            return False
         off = np.abs(self.axes[a] + share[:, None] * way - inner).max(axis=1)
         return bool((off <= JOINT_LINE).all() and (np.diff(share) >= 0).all())
 
@@ -363,6 +396,11 @@ class _Made:
             external_share=np.full(m, section.external_speed_percent / 100),
             blend=np.array(self.blend),
         )
+
+    def _turns_too_far(self, a: int, b: int) -> bool:
+        """Whether an endless axis turns so far from one row to another that a controller may go the other way."""
+        turn = np.abs(self.motion.table[b] - self.motion.table[a])
+        return bool((turn[endless_axes(self.job.scene)] > MOST_TURN).any())
 
 
 def _farthest(fits: Callable[[int, int], bool], first: int, last: int) -> int:

@@ -8,7 +8,7 @@ ModuleNames("BLADE").module(0, 0, 1)                         # "BLADE_L000"
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
 from ..case.controller_section import KRL_WORDS, MOST_PROGRAM_NAME
@@ -93,13 +93,13 @@ def split_content(program: Program, piece: ModuleContent, most: int) -> list[lis
 
 
 class ModuleNames:
-    """Names of modules: at most 24 characters, each once, capitals or not."""
+    """Names of modules: at most 24 characters, each once, capitals or not, and none of those that are taken."""
 
-    def __init__(self, main: str) -> None:
+    def __init__(self, main: str, taken: Collection[str] = ()) -> None:
         if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]{{0,{MOST_PROGRAM_NAME - 1}}}", main) or main.upper() in KRL_WORDS:
             raise ValueError(f"{main} is not a name of a module")
         self.main = main
-        self._taken = {main.upper()}
+        self._taken = {main.upper(), *taken}
         self._pieces = 0
 
     def module(self, layer: int, number: int, parts: int) -> str:

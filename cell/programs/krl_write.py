@@ -61,7 +61,7 @@ def write_krl(program: Program, controller: Controller) -> dict[str, str]:
             base, an arc starts or ends or a wait stands where a corner is rounded, or events are out of order.
     """
     _check(program)
-    names = ModuleNames(controller.program)
+    names = ModuleNames(controller.program, controller.taken)
     main = _Writer(program, controller)
     main.add(*INI, f"$ADVANCE = {controller.advance}", "$IPO_MODE = #BASE", "$ORI_TYPE = #VAR")
     if program.moves.table_axes.any():

@@ -23,7 +23,7 @@ from ..scene.site_frames import T_flange_tcp, T_table_part
 from ..units import METRES_PER_MM
 from .cell_frames import tables_seen_from_base
 from .orientation import pose_of
-from .program import MoveKind
+from .program import EventKind, MoveKind, Program
 from .running.simulate import SimulatedProgram
 
 KINDS = {MoveKind.AXES: "PTP", MoveKind.LINEAR: "LIN", MoveKind.CIRCULAR: "CIRC"}
@@ -47,8 +47,20 @@ def pose_rows(job: Job, run: SimulatedProgram) -> tuple[list[str], list[list[Any
     axes = np.rad2deg(np.concatenate([motion.q[last], motion.table[last]], axis=1))
     names = [f"{name}_deg" for name in (*motion.names, "E1", "E2")]
     header = ["move", "file", "line", "kind", "t_s", *(f"base_{c}" for c in POSE), *(f"part_{c}" for c in POSE)]
-    header += [*names, "speed_mm_s", "axis_speed_percent", "blend_mm", "arc", "bead", "layer", "sub_volume", "target"]
+    header += [
+        *names,
+        "speed_mm_s",
+        "axis_speed_percent",
+        "blend_mm",
+        "arc",
+        "bead",
+        "layer",
+        "sub_volume",
+        "target",
+        "wait_s",
+    ]
     t = job.targets
+    waits = _waits(run.program)
     beads, targets = motion.called
     rows = []
     for n, (row, k) in enumerate(zip(last.tolist(), move.tolist(), strict=True)):
@@ -63,10 +75,19 @@ def pose_rows(job: Job, run: SimulatedProgram) -> tuple[list[str], list[list[Any
                 *(f"{a:.5f}" for a in axes[n]),
                 *(_figure(moves.speed[k] / METRES_PER_MM), _figure(moves.axis_share[k] * 100)),
                 *(_figure(moves.blend[k] / METRES_PER_MM), arc, int(beads[row]), int(motion.layer[row])),
-                *(t.sub_volume[t.sub_volume_index[target]], int(targets[row])),
+                *(t.sub_volume[t.sub_volume_index[target]], int(targets[row]), f"{waits[k]:.4f}"),
             ]
         )
     return header, rows
+
+
+def _waits(program: Program) -> Floats:
+    """Seconds that the arm waits where every move ends, (m,); before the first move it waits nowhere."""
+    out = np.zeros(len(program.moves))
+    for event in program.events:
+        if event.kind == EventKind.WAIT and event.before:
+            out[event.before - 1] += event.seconds
+    return out
 
 
 def _poses(job: Job, run: SimulatedProgram, rows: Ints) -> tuple[Floats, Floats]:

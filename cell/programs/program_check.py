@@ -31,6 +31,7 @@ from ..verification.motion_check import MotionResult, check_motion
 from .bead_match import on_beads
 from .cell_frames import T_base_root
 from .program import ANYWHERE, EventKind, MoveKind, Program, SourceLine
+from .running.external_axes import half_turns, shorter_turns
 from .running.interpolation import angles_between
 from .running.program_path import move_label
 from .running.simulate import EXACT_STOP, SimulatedProgram, run_program
@@ -198,6 +199,9 @@ def _externals(program: Program, job: Job) -> Iterator[Found]:
         rows = np.flatnonzero(missing[:, k])
         if len(rows):
             yield Failure(Kind.NOT_GIVEN, axis=name, place=IN_ROWS), int(rows[0]), int(rows[-1])
+    for axis, move, turn in half_turns(program.moves, job):
+        failure = Failure(Kind.HALF_TURN, round(float(np.rad2deg(turn)), 3), axis=f"E{axis + 1}", place=IN_ROWS)
+        yield failure, move, move
 
 
 def _welding_moves(run: SimulatedProgram, job: Job) -> Iterator[Found]:
@@ -260,7 +264,14 @@ def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
 
 
 def _table_warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
-    """A table that moves inside a bead, or stands elsewhere than the case has it."""
+    """A table that goes the shorter way, moves inside a bead, or stands elsewhere than the case has it."""
+    for axis, move, said, made in shorter_turns(run.program.moves, job)[:1]:
+        yield Warning(
+            Code.PROGRAM_TABLE,
+            f"{move_label(run.program, move)}: E{axis + 1} is endless: it is run by the shorter way, "
+            f"{np.rad2deg(made):.6g} deg, where the numbers say {np.rad2deg(said):.6g}; an axis that is not set as "
+            "endless on the controller goes that way",
+        )
     welding = np.flatnonzero((run.weld[1:] >= 0) & (run.weld[1:] == run.weld[:-1])) + 1
     if not len(welding):
         return

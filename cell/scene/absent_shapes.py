@@ -9,6 +9,7 @@ A link is what moves together: the bodies between one axis and the next, and wha
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -19,6 +20,7 @@ from slicing import Code, Warning
 from ..arrays import Ints
 from .composition import BodyOwner
 
+TINY = 0.02  # share of the way from a joint to the next within which a link's shapes are not meant so
 THICK_WIRE = 2.5e-3  # m: half the thickness of the thickest welding wire
 
 
@@ -59,6 +61,36 @@ def links_without_shapes(
                 "shapes need contype or conaffinity"
             )
             yield Warning(Code.LINK_WITHOUT_SHAPES, text)
+
+
+def tiny_links(model: mujoco.MjModel, arm_joints: Sequence[int], piece: Ints) -> Iterator[Warning]:
+    """Say which links have shapes that are far too small for them: a mesh that was scaled from mm twice.
+
+    Args:
+        model: the compiled cell, with its contact bits.
+        arm_joints: ids of the arm's joints, from the base on.
+        piece: as of :func:`links_without_shapes`.
+
+    Yields:
+        One warning, if there is such a link.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    hard = ((model.geom_contype | model.geom_conaffinity) != 0) & (piece == BodyOwner.ROBOT)
+    link = link_of_body(model, arm_joints)[model.geom_bodyid]
+    tiny = []
+    for joint, after in pairwise(arm_joints):
+        body, anchor = int(model.jnt_bodyid[joint]), data.xanchor[joint]
+        own, way = np.flatnonzero(hard & (link == body)), float(np.linalg.norm(data.xanchor[after] - anchor))
+        reach = np.linalg.norm(data.geom_xpos[own] - anchor, axis=1) + model.geom_rbound[own]
+        if len(own) and float(reach.max()) < TINY * way:
+            tiny.append(f"{model.body(body).name} ({1e3 * reach.max():.2g} of {1e3 * way:.0f} mm)")
+    if tiny:
+        text = (
+            f"robot.model: the shapes of {', '.join(tiny)} are tiny for the way to the next joint, most of which is "
+            "not checked for collisions; are meshes scaled twice?"
+        )
+        yield Warning(Code.LINK_WITHOUT_SHAPES, text)
 
 
 def wire_warnings(model: mujoco.MjModel, wire_geom: NDArray[np.bool_]) -> Iterator[Warning]:

@@ -26,10 +26,12 @@ from ..errors import InputError
 from ..freed_memory import give_back
 from ..mjcf.chain_from_model import chain_of, check_base, check_count, check_names
 from ..mjcf.detection import lean_cylinders, make_detectable
+from ..mjcf.finite_numbers import require_finite
 from ..mjcf.held_joints import HeldJoints
 from ..mjcf.model_names import require
+from ..mjcf.wire_end import check_wire_end
 from ..progress import phase
-from .absent_shapes import links_without_shapes, wire_warnings
+from .absent_shapes import links_without_shapes, tiny_links, wire_warnings
 from .composition import BodyOwner, CellAssembly, one_line
 from .contacts import pair_tool_with_arm, set_contact_bits
 from .equipment import add_positioner, add_robot, leave_out_table
@@ -40,8 +42,6 @@ from .workpiece import MANY_PIECES, add_fixture, add_part
 from .world import surroundings
 
 MANY_VERTICES = 50_000  # of meshes, from which what was needed to compile them is worth giving back
-WIRE_OFF = 5.0  # deg that a wire may be off the TCP's z axis: cast bends it a little
-WIRE_AHEAD = 0.1  # share of its length by which a wire's middle may lie ahead of the TCP
 
 
 @phase("composing the cell")
@@ -76,6 +76,7 @@ def _compiled(cell: Uncompiled, part: PartShape) -> Scene:
         model = pieces.world.compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the scene does not compile: {one_line(error)}") from None
+    require_finite(model, str(case.path))
     lean_cylinders(model)
     scene = _bind(pieces, model, part, cell.arm.home)
     told = (*cell.arm.warnings, *cell.table.warnings, *_without_home(case, scene, cell.arm))
@@ -126,7 +127,7 @@ def _bind(pieces: CellAssembly, model: mujoco.MjModel, part: PartShape, home: di
     sites = _sites(pieces, model)
     table_joints, has_axis = table_axes(model, table, sites["table"], case)
     wire_geom = np.array([model.geom(g).name in pieces.wires for g in range(model.ngeom)])
-    _check_wire(model, sites["tcp"], wire_geom, case)
+    wire_end = check_wire_end(model, sites["tcp"], wire_geom, case)
     tool_root = int(model.jnt_bodyid[arm_joints[0]])
     arm_geom = np.array([_descends(model, int(b), tool_root) for b in model.geom_bodyid], dtype=bool)
     last = [b for b in range(model.nbody) if _descends(model, b, int(model.jnt_bodyid[arm_joints[-1]]))]
@@ -171,7 +172,9 @@ def _bind(pieces: CellAssembly, model: mujoco.MjModel, part: PartShape, home: di
         warnings=(
             *pieces.warnings,
             *links_without_shapes(model, arm_joints, there, piece),
+            *tiny_links(model, arm_joints, piece),
             *wire_warnings(model, wire_geom),
+            *wire_end,
         ),
     )
 
@@ -230,31 +233,6 @@ def _table_range(model: mujoco.MjModel, joints: list[int], has_axis: NDArray[np.
     return out
 
 
-def _check_wire(model: mujoco.MjModel, site: int, wires: NDArray[np.bool_], case: Case) -> None:
-    """Refuse a TCP whose z axis is not the wire's, or points back into the nozzle."""
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    place, z = data.site_xpos[site], data.site_xmat[site].reshape(3, 3)[:, 2]
-    behind, length = 0.0, 0.0
-    for geom in np.flatnonzero(wires):
-        turn = data.geom_xmat[geom].reshape(3, 3)
-        behind += float((place - data.geom_xpos[geom] - turn @ model.geom_aabb[geom, :3]) @ z)
-        length += float(np.abs(turn.T @ z) @ model.geom_aabb[geom, 3:])
-        if int(model.geom_type[geom]) not in (int(mujoco.mjtGeom.mjGEOM_CYLINDER), int(mujoco.mjtGeom.mjGEOM_CAPSULE)):
-            continue
-        off = float(np.rad2deg(np.arccos(np.clip(abs(z @ turn[:, 2]), 0, 1))))
-        if off > WIRE_OFF:
-            raise InputError(
-                f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} is {off:.0f} deg off the wire "
-                f"{model.geom(geom).name}; it must point along the wire"
-            )
-    if behind < -WIRE_AHEAD * length:  # a TCP is at the wire's end: the wire's middle lies behind it
-        raise InputError(
-            f"{case.path}: tool.tcp: the z axis of site {case.tool.tcp} points back along the wire into the nozzle; "
-            "it must point in the direction of wire feed, out of the nozzle"
-        )
-
-
 def _descends(model: mujoco.MjModel, body: int, root: int) -> bool:
     while body not in (0, root):
         body = int(model.body_parentid[body])
@@ -274,6 +252,6 @@ def _speeds(model: mujoco.MjModel, case: Case) -> Floats:
         raise InputError(
             f"{case.path}: robot.max_speed_deg_s: needed, since the robot's MJCF has no numeric max_speed_deg_s"
         ) from None
-    if len(speeds) != n or not np.all(speeds > 0):
+    if len(speeds) != n or not np.all((speeds > 0) & np.isfinite(speeds)):
         raise InputError(f"{case.path}: the robot's numeric max_speed_deg_s needs {n} positive values")
     return np.deg2rad(speeds)

@@ -43,6 +43,7 @@ class CellAssembly:
         case: the case.
         piece: by body name, what it belongs to.
         names: what the models' elements are called in the cell.
+        held: bodies of the arm from which joints were taken that are not planned.
         on_table: bodies of fixtures that stand on the table.
         warnings: what was left out, one line each.
         table: position and quaternion of the table's site in its body, m.
@@ -52,6 +53,7 @@ class CellAssembly:
     case: Case
     piece: dict[str, BodyOwner] = field(default_factory=dict)
     names: dict[BodyOwner, Names] = field(default_factory=dict)
+    held: set[str] = field(default_factory=set)
     on_table: set[str] = field(default_factory=set)
     warnings: list[Warning] = field(default_factory=list)
     table: tuple[Floats, Floats] = field(default_factory=lambda: (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])))

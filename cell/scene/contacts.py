@@ -19,6 +19,7 @@ from ik.chain import Floats
 from slicing import Code, Warning
 
 from ..errors import InputError
+from ..mjcf.finite_numbers import require_finite
 from .composition import BodyOwner, CellAssembly, one_line
 
 # contact bits: the wire may touch the part and nothing else
@@ -62,7 +63,7 @@ def pair_tool_with_arm(assembly: CellAssembly) -> None:
     tool where they stand out beyond the flange. To be called before the positioner is added.
 
     Raises:
-        InputError: the arm and its tool do not compile.
+        InputError: the arm and its tool do not compile, or a number of theirs is none.
     """
     case, world = assembly.case, assembly.world
     joints = [world.joint(assembly.name(BodyOwner.ROBOT, "joints", name)) for name in case.robot.joints]
@@ -72,6 +73,7 @@ def pair_tool_with_arm(assembly: CellAssembly) -> None:
         model = world.copy().compile()
     except ValueError as error:
         raise InputError(f"{case.path}: the robot with its tool does not compile: {one_line(error)}") from None
+    require_finite(model, str(case.path))
     wrist = _ToolPairs(model, assembly, tuple(model.joint(joint.name).id for joint in joints))
     left_out = []
     for tool, arm in wrist.unseen():
@@ -93,9 +95,10 @@ def pair_tool_with_arm(assembly: CellAssembly) -> None:
 
 
 def _pair_links(wrist: _ToolPairs) -> None:
-    """Name the pairs of links with two or more joints between that MuJoCo takes for a body and the one that carries it.
+    """Name the pairs of links that MuJoCo takes for a body and the one that carries it, though they are not.
 
-    So they are where a body has several joints. What touches at every angle that is checked is left out and reported.
+    So they are where a body has several joints, and where a joint between is held: a hose that swings on a link, or the
+    third axis of seven. What touches at every angle that is checked is left out and reported.
     """
     assembly, left_out = wrist.assembly, []
     for outer, inner in wrist.unseen_links():
@@ -137,6 +140,16 @@ class _ToolPairs:
         return count[model.geom_bodyid]
 
     @cached_property
+    def weld_of_model(self) -> NDArray[np.int64]:
+        """By body the one that it is welded to while all joints of the arm's model move, planned or not."""
+        model, held = self.model, self.assembly.held
+        weld = np.zeros(model.nbody, dtype=np.int64)
+        for body in range(1, model.nbody):  # parents come first
+            moves = model.body_weldid[body] == body or model.body(body).name in held
+            weld[body] = body if moves else weld[model.body_parentid[body]]
+        return weld
+
+    @cached_property
     def of_tool(self) -> NDArray[np.bool_]:
         """Whether a geom is the tool's, by its body."""
         piece = [self.assembly.piece.get(self.model.body(b).name) for b in range(self.model.nbody)]
@@ -169,16 +182,18 @@ class _ToolPairs:
         return [(t, a) for t in tools for a in arms if self._filtered(t, a)]
 
     def unseen_links(self) -> list[tuple[int, int]]:
-        """Geoms of the arm with two or more joints between that MuJoCo takes for neighbours, but for unseen ones.
+        """Geoms of the arm that MuJoCo takes for neighbours though they are not, but for unseen ones.
 
-        What the model itself excludes stays excluded.
+        They have two or more planned joints between them, or the model by itself has MuJoCo hold them against each
+        other, which ends where a joint of it is held. What the model itself excludes stays excluded.
         """
         model, known = self.model, set(self.unseen())
         hard = (model.geom_contype | model.geom_conaffinity) != 0
         robot = [self.assembly.piece.get(model.body(b).name) is BodyOwner.ROBOT for b in model.geom_bodyid]
         geoms, moved = np.flatnonzero(hard & np.array(robot)).tolist(), self.moved_by
-        pairs = [(o, i) for o in geoms for i in geoms if moved[o] - moved[i] >= 2 and (o, i) not in known]
-        return [(o, i) for o, i in pairs if self._filtered(o, i) and not self._excluded(o, i)]
+        pairs = [(o, i) for o in geoms for i in geoms if moved[o] > moved[i] and (o, i) not in known]
+        lost = [(o, i) for o, i in pairs if self._filtered(o, i) and not self._excluded(o, i)]
+        return [(o, i) for o, i in lost if moved[o] - moved[i] >= 2 or not self._neighbours(o, i, self.weld_of_model)]
 
     def _excluded(self, one: int, other: int) -> bool:
         """Whether the model excludes the bodies of two geoms."""
@@ -187,13 +202,14 @@ class _ToolPairs:
 
     def _filtered(self, one: int, other: int) -> bool:
         """Whether MuJoCo leaves a pair of geoms out; see "collision detection: selection" in its documentation."""
+        return self._excluded(one, other) or self._neighbours(one, other, self.model.body_weldid)
+
+    def _neighbours(self, one: int, other: int, weld: NDArray[np.int32] | NDArray[np.int64]) -> bool:
+        """Whether of two geoms one's body carries the other's, bodies that are welded together counting as one."""
         model = self.model
-        if self._excluded(one, other):
-            return True
-        a, b = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
-        weld = [int(model.body_weldid[x]) for x in (a, b)]
-        above = [int(model.body_weldid[model.body_parentid[w]]) for w in weld]
-        return 0 not in weld and (weld[0] == above[1] or weld[1] == above[0])
+        a, b = (int(weld[model.geom_bodyid[geom]]) for geom in (one, other))
+        above = [int(weld[model.body_parentid[body]]) for body in (a, b)]
+        return 0 not in (a, b) and (a == above[1] or b == above[0])
 
     def _span(self, geom: int) -> tuple[float, float]:
         """From where to where a geom reaches along the flange's z axis, from the flange on, m."""

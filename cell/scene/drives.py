@@ -104,6 +104,6 @@ def _found(scene: Scene, key: str, given: Sequence[float] | None, numeric: str, 
     if len(values) > n > 0:
         own = f"the model's own (numeric {numeric.removeprefix(TABLE)}) has {len(values)} values for {n} joint(s)"
         raise InputError(f"{path}: {key}: {own}: give {n} here")
-    if len(values) != n or not np.all(values > 0):
+    if len(values) != n or not np.all((values > 0) & np.isfinite(values)):
         raise InputError(f"{path}: {key}: the model's own (numeric {numeric.removeprefix(TABLE)}) needs {n} above 0")
     return np.deg2rad(values)

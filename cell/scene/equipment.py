@@ -140,13 +140,14 @@ def _put(
     excludes say.
     """
     what = piece.name.lower()
+    own_origin = piece is BodyOwner.ROBOT and assembly.case.robot.base == "world"
     # the world of a model is its own: what it excludes from that says nothing of this cell's floor
     of_world = [e for e in child.excludes if "world" in (e.bodyname1, e.bodyname2)]
     holds = [(e.bodyname1, e.bodyname2) for e in of_world]
     for exclude in of_world:
         child.delete(exclude)
     world = assembly.world
-    if len(child.worldbody.geoms):
+    if len(child.worldbody.geoms) or own_origin:
         parent = parent.add_body(name=what, pos=pos, quat=quat)
         assembly.piece[what] = piece
         frame = parent.add_frame()
@@ -200,6 +201,7 @@ def add_robot(assembly: CellAssembly) -> HeldJoints:
     pos, quat = _stands_at(robot, case.robot.flange, "robot")
     place = np.array(case.robot.position_mm) * METRES_PER_MM
     _put(assembly, robot, BodyOwner.ROBOT, world.worldbody, place, quaternion_about(case.robot.rotation_deg))
+    assembly.held |= {assembly.name(BodyOwner.ROBOT, "bodies", name) for name in held.bodies}
     tool = _load(case, case.tool.model, "tool")
     held_by_tool = hold(tool, (), _own_places(case, "tool"))
     if case.tool.dimensions or case.tool.model == "cmt_torch":

@@ -77,3 +77,9 @@ def _check(model: mujoco.MjModel, joints: list[int], table: int, case: Case) -> 
             f"{case.path}: positioner.joints: {case.positioner.joints[1]} carries {case.positioner.joints[0]}; "
             "list the joint that carries the other first (tilt, then turn)"
         )
+    outer, inner = (*case.positioner.joints, "", "")[:2]
+    if len(joints) == 2 and (outer == "E2" or inner == "E1"):
+        raise InputError(
+            f"{case.path}: positioner.joints: {outer} carries {inner}, so it is E1 in a case, in reports and in "
+            "programs; rename the joints in the model"
+        )

@@ -17,7 +17,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from ik.chain import Floats
-from slicing import Code, Mesh, PartShape, Warning
+from slicing import Code, Mesh, PartError, PartShape, Warning, read_triangles
 
 from ..case.cell_sections import Fixture
 from ..case.part_sections import Support
@@ -31,6 +31,7 @@ from .equipment import PLATE, UNIT, quaternion_about
 
 MANY_PIECES = 256  # of the part in one body
 
+SMALL_MM = 5.0  # of a fixture's mesh, that is rather in another unit
 FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
 
 COLOUR = {
@@ -205,8 +206,25 @@ def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
     if not path.is_file():
         raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {path}: no such file")
     name = f"fixture/{fixture.name}/mesh"
-    world.add_mesh(name=name, file=str(path.resolve()), scale=[UNIT[fixture.units]] * 3)
+    try:
+        _add_mesh(world, name, path.resolve(), UNIT[fixture.units])
+    except PartError as error:
+        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
     return name
+
+
+def _add_mesh(spec: mujoco.MjSpec, name: str, path: Path, scale: float) -> None:
+    """Add a mesh file to a model; of an OBJ all objects, of which MuJoCo takes the faces of the first alone.
+
+    Raises:
+        PartError: an OBJ cannot be read.
+    """
+    if path.suffix.lower() != ".obj":
+        spec.add_mesh(name=name, file=str(path), scale=[scale] * 3)
+        return
+    found = read_triangles(path)
+    faces = found.faces.astype(np.int32)
+    spec.add_mesh(name=name, uservert=(found.vertices * scale).ravel(), userface=faces.ravel())
 
 
 def _solids(assembly: CellAssembly, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -218,6 +236,11 @@ def _solids(assembly: CellAssembly, fixture: Fixture, shape: dict[str, Any]) -> 
         found = _cut_up(str(path), UNIT[fixture.units], changed.st_mtime_ns, changed.st_size)
     except ValueError as error:
         raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
+    corners = np.concatenate(found.pieces)
+    extent = float(np.ptp(corners, axis=0).max()) / METRES_PER_MM
+    if extent < SMALL_MM:
+        text = f"largest extent {extent:.4g} mm with units: {fixture.units}; is it in another?"
+        assembly.warnings.append(Warning(Code.MESH_UNITS, f"fixtures.{fixture.name}.mesh: {text}"))
     if found.excess > FILLED:
         more = "collisions are checked with its convex hull, since it is not closed"
         if np.isfinite(found.excess):
@@ -245,7 +268,7 @@ def _cut_up(path: str, scale: float, *_changed: int) -> ConvexPieces:
     import trimesh
 
     spec = mujoco.MjSpec()
-    spec.add_mesh(name="mesh", file=path, scale=[scale] * 3)
+    _add_mesh(spec, "mesh", Path(path), scale)
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
     model = spec.compile()
     turn = np.zeros(9)

@@ -164,6 +164,7 @@ def _program(failure: Failure) -> str:
         Kind.BASE_STANDS: f"its base stands still while the table moves by {measure:g} deg",
         Kind.BASE_ROOT: f"its table's root is {measure:g} mm off the case's positioner, {limit:g} are allowed",
         Kind.NOT_GIVEN: f"no point up to here gives {failure.axis}: the position of the table is not known",
+        Kind.HALF_TURN: f"{failure.axis} is endless and turns by {measure:g} deg in one move: it may go either way",
         Kind.BLEND: f"corners are rounded over {measure:g} mm (C_DIS), {limit:g} are checked (process.blend_mm)",
         Kind.ARC_CORNER: f"the corner where the arc goes on or off is rounded over {measure or '?'} mm",
         Kind.PTP_WITH_ARC: "a PTP with the arc on: the speed of the TCP is not controlled",

@@ -49,7 +49,7 @@ class PartShape:
     Attributes:
         visual: meshes to look at, by geom name.
         hulls: vertices of convex pieces, by geom name: "body/...", "deposit/NUMBER/SUB-VOLUME/PIECE", and of what is
-            there from the start "built/SUB-VOLUME/LAYER/PIECE".
+            there from the start "built/SUB-VOLUME/LAYER/PIECE" ("rest" for LAYER: of what no layer holds).
         first_deposit: number of the first layer of each sub-volume.
         n_deposits: layers in all.
     """

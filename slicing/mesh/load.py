@@ -97,6 +97,24 @@ def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> M
     return replace(mesh, name=name or file.stem, warnings=(*found.lines, *mesh.warnings))
 
 
+def read_triangles(path: str | Path) -> Triangles:
+    """Triangles of a mesh file as they stand there, whatever they are triangles of: a sheet, or several solids.
+
+    Args:
+        path: the file: STL, OBJ, PLY, OFF, GLB or 3MF.
+
+    Returns:
+        Its vertices, in the file's own unit, those at one place joined, and its triangles.
+
+    Raises:
+        PartError: it cannot be read, or holds no triangle.
+    """
+    file = Path(path)
+    found = _read(file, "mm")
+    places, of = np.unique(found.vertices, axis=0, return_inverse=True)
+    return replace(found, vertices=places, faces=of.ravel()[found.faces])
+
+
 def _require_unit(file: Path, stated: str | None, units: str) -> None:
     """Refuse a unit that contradicts the file (a 3MF states its own; GLB's metres are hardly ever meant)."""
     if file.suffix.lower() != ".3mf" or stated is None:

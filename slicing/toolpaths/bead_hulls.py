@@ -2,7 +2,8 @@
 
     for name, corners in bead_hulls(targets, width_mm=5.0): ...     # "deposit/3/SV1/0", (k, 3) mm
 
-Where a bead bends little, many of its segments become one piece: the hull of all their corners, which holds them.
+Where a bead bends little, many of its segments become one piece: the hull of all their corners, which holds them. At
+corners every segment is carried on until the two hold all of the bead's round outer side.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def bead_hulls(targets: Targets, width_mm: float, *, below: bool = False) -> Ite
         for a, b in _runs(targets.position[rows], targets.normal[rows], MOST_OFF * width_mm):
             piece = count.get(number, 0)
             count[number] = piece + 1
-            piece_corners = _with_volume(corners[a:b].reshape(-1, 3), width_mm)
+            piece_corners = _with_volume(corners[a : b - 1].reshape(-1, 3), width_mm)
             yield f"deposit/{number}/{targets.sub_volume[sub_volume]}/{piece}", piece_corners
 
 
@@ -54,15 +55,34 @@ def first_deposits(targets: Targets) -> tuple[int, ...]:
 
 
 def _corners(targets: Targets, rows: slice, width_mm: float, below: bool) -> Floats:
-    """Corners of a bead's cross section at every target, (n, 4, 3); at its ends half a width further on."""
+    """Corners of a bead along each of its segments, (n - 1, 8, 3): a rectangle swept from target to target.
+
+    At the bead's ends it goes half a width further on. At corners it goes as far as the two segments' outer sides meet,
+    half a width at most: round a corner a bead is round, and a rectangle half a width longer holds that.
+    """
     p, n, t = targets.position[rows], targets.normal[rows], targets.tangent[rows]
-    side = np.cross(n, t) * (width_mm / 2)
+    half = width_mm / 2
     height = targets.thickness_mm[rows, None] * n
     low = p - height if below else p
-    ends = np.zeros_like(p)
-    ends[0], ends[-1] = -t[0], t[-1]
-    low = low + ends * (width_mm / 2)
-    return np.stack([low - side, low + side, low + height - side, low + height + side], axis=1)
+    step = np.diff(p, axis=0)
+    starts, stops = _across(step, n[:-1], t[:-1]), _across(step, n[1:], t[1:])
+    further = np.full(len(p), half)
+    cosine = (stops[:-1] * starts[1:]).sum(axis=1)
+    further[1:-1] = half * np.sqrt(np.clip((1.0 - cosine) / np.maximum(1.0 + cosine, 1e-12), 0.0, 1.0))
+    out = []
+    for way, k, sign in ((starts, slice(None, -1), -1.0), (stops, slice(1, None), 1.0)):
+        side = half * np.cross(n[k], way)
+        end = low[k] + sign * further[k, None] * way
+        out += [end - side, end + side, end + height[k] - side, end + height[k] + side]
+    return np.stack(out, axis=1)
+
+
+def _across(step: Floats, normal: Floats, tangent: Floats) -> Floats:
+    """Unit directions of segments (n, 3) across the deposition directions; where they run along these, the tangents."""
+    way = step - (step * normal).sum(axis=1)[:, None] * normal
+    length = np.linalg.norm(way, axis=1)[:, None]
+    runs_along = length <= FLAT * np.linalg.norm(step, axis=1)[:, None]
+    return np.asarray(np.where(runs_along, tangent, way / np.where(runs_along, 1.0, length)))
 
 
 def _with_volume(corners: Floats, width_mm: float) -> Floats:

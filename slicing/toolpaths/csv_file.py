@@ -8,7 +8,7 @@ Columns are found by their names, in any order; others are passed over and named
 - ``x_mm y_mm z_mm`` (or ``x y z``): the target, part frame, mm;
 - ``nx ny nz`` (or ``i j k``): the deposition direction, out of the part; where they are missing ``normal`` says it;
 - ``path`` (or ``bead``): number of the bead; or ``on`` (or ``arc``, ``kind``): a bead is a run of rows on which it is 1
-  (``kind``: anything but travel);
+  (``kind``: anything but travel); with both, a bead ends where either does;
 - ``layer``, ``sub_volume``, ``thickness_mm`` (or ``height_mm``), ``speed_mm_s``: each may be missing.
 
 Columns are separated by comma, semicolon or tab; with semicolons or tabs a decimal comma is understood. It is what
@@ -53,6 +53,7 @@ NAMES = {
     "thickness": ("thickness_mm", "height_mm"),
     "speed": ("speed_mm_s",),
 }
+KNOWN_KINDS = ("travel", "print", "contour", "infill")  # the first is not welded
 OWN = ("index", "tx", "ty", "tz")  # written by rbam slice, found again from the rest
 
 
@@ -139,6 +140,7 @@ def read_toolpath(
         raise PartError(f"{file}: sub_volume: every row needs a name, without /")
     volume = np.array([names.index(name) if name in names else 0 for name in sub_volume])
     layer = table.whole("layer") if table.has("layer") else _one_a_bead(bead, volume)
+    _require_whole_beads(table, bead, rows, layer, volume)
     rows = _without_repeats(rows, bead, position)
     thickness = _given(table, "thickness", rows, thickness_mm, "thickness_mm")
     speed = _given(table, "speed", rows, speed_mm_s or BeadSpeed().constant_mm_s, "speed_mm_s")
@@ -211,7 +213,7 @@ def _places(file: Path, header: list[str]) -> dict[str, int]:
 
 
 def _beads(table: _CsvRows) -> tuple[Ints, Ints]:
-    """Bead of every row, and the rows that are welded."""
+    """Bead of every row, -1 of those that are not welded, and the rows that are."""
     n = len(table.line)
     on = np.ones(n, dtype=bool)
     if table.has("kind"):
@@ -220,21 +222,22 @@ def _beads(table: _CsvRows) -> tuple[Ints, Ints]:
         on &= table.numbers("on") != 0
     if not on.any():
         raise PartError(f"{table.source}: no row is welded (on is 0, or kind is travel, in all of them)")
-    rows = np.flatnonzero(on)
-    if table.has("bead"):
-        bead = np.zeros(n, dtype=np.int64)
-        bead[rows] = table.whole("bead")[rows]
-        back = np.flatnonzero(np.diff(bead[rows]) < 0)
-        if len(back):
-            k = int(rows[back[0] + 1])
-            raise table.wrong(k, "bead", table.columns["bead"][k], "numbers of beads must not fall from row to row")
-        return bead, rows
-    if not table.has("on") and not table.has("kind"):
+    if not table.has("bead") and not table.has("on") and not table.has("kind"):
         raise PartError(
             f"{table.source}: no column path (the number of the bead) and none on (1 where the arc is on); "
             "one is needed"
         )
-    return np.cumsum(np.diff(on.astype(np.int64), prepend=0) == 1) - 1, rows
+    rows = np.flatnonzero(on)
+    number = table.whole("bead")[rows] if table.has("bead") else np.zeros(len(rows), dtype=np.int64)
+    back = np.flatnonzero(np.diff(number) < 0)
+    if len(back):
+        k = int(rows[back[0] + 1])
+        raise table.wrong(k, "bead", table.columns["bead"][k], "numbers of beads must not fall from row to row")
+    # where the arc is off in between a bead ends, whatever its number
+    ends = (np.diff(number) != 0) | (np.diff(rows) > 1)
+    bead = np.full(n, -1, dtype=np.int64)
+    bead[rows] = np.append(0, np.cumsum(ends))
+    return bead, rows
 
 
 def _normals(table: _CsvRows, position: Floats, normal: str | None) -> Floats:
@@ -273,9 +276,20 @@ def _one_a_bead(bead: Ints, volume: Ints) -> Ints:
     """Layers where the table has none: every bead is one of its sub-volume."""
     out = np.zeros(len(bead), dtype=np.int64)
     for k in np.unique(volume):
-        mine = volume == k
+        mine = (volume == k) & (bead >= 0)
         out[mine] = np.unique(bead[mine], return_inverse=True)[1]
     return out
+
+
+def _require_whole_beads(table: _CsvRows, bead: Ints, rows: Ints, layer: Ints, volume: Ints) -> None:
+    """Refuse a bead of several layers or sub-volumes: a layer's metal joins the cell when the layer is done."""
+    same = np.diff(bead[rows]) == 0
+    for name, of in (("layer", layer), ("sub_volume", volume)):
+        changes = np.flatnonzero(same & (np.diff(of[rows]) != 0))
+        if len(changes):
+            k = int(rows[changes[0] + 1])
+            needed = "it changes within a bead; a bead belongs to one (give each its own number in column path)"
+            raise table.wrong(k, name, table.columns[name][k], needed)
 
 
 def _without_repeats(rows: Ints, bead: Ints, position: Floats) -> Ints:
@@ -310,8 +324,16 @@ def _tangents(bead: Ints, p: Floats, n: Floats, closed: Bools) -> Floats:
 
 
 def _passed_over(table: _CsvRows) -> tuple[Warning, ...]:
+    """Warnings of columns that are not used, and of kinds of rows that are welded though they may not be meant so."""
+    found, name = [], Path(table.source).name
     others = table.columns["_others"]
-    if not others:
-        return ()
-    named = ", ".join(name[:40] for name in others[:6]) + (", .." if len(others) > 6 else "")
-    return (Warning(Code.TOOLPATH_COLUMNS, f"toolpath {Path(table.source).name}: unused columns: {named}"),)
+    if others:
+        found.append(f"toolpath {name}: unused columns: {_listed(others)}")
+    kinds = [kind for kind in dict.fromkeys(table.columns.get("kind", [])) if kind.lower() not in KNOWN_KINDS]
+    if kinds:
+        found.append(f"toolpath {name}: rows of kind {_listed(kinds)} are welded; only those of kind travel are not")
+    return tuple(Warning(Code.TOOLPATH_COLUMNS, text) for text in found)
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(name[:40] for name in names[:6]) + (", .." if len(names) > 6 else "")

@@ -200,6 +200,7 @@ WRITTEN: list[tuple[Failure, str, dict[str, Any]]] = [
     (Failure(Kind.BASE_STANDS, 9.0, place=IN_ROWS), "base", {"table_moves_deg": 9.0}),
     (Failure(Kind.BASE_ROOT, 5.0, 0.05, place=IN_ROWS), "base", {"off_mm": 5.0, "limit_mm": 0.05}),
     (Failure(Kind.NOT_GIVEN, axis="E1", place=IN_ROWS), "external", {"axis": "E1"}),
+    (Failure(Kind.HALF_TURN, 180.0, axis="E2", place=IN_ROWS), "external", {"axis": "E2", "turns_deg": 180.0}),
     (Failure(Kind.BLEND, 10.0, 1.0, place=IN_ROWS), "blend", {"blend_mm": 10.0, "limit_mm": 1.0}),
     (Failure(Kind.ARC_CORNER, 1.0, 0.0, place=IN_ROWS), "blend", {"blend_mm": 1.0, "limit_mm": 0.0}),
     (Failure(Kind.PTP_WITH_ARC, place=IN_ROWS), "arc", {"what": "ptp_with_arc"}),

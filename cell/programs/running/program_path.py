@@ -22,17 +22,18 @@ from ...failure import IN_ROWS, Failure, Kind
 from ...job.job import Job
 from ...motion.motion import JUMP
 from ...rigid import inverse
-from ...scene.scene import table_angles
 from ...scene.site_frames import T_flange_tcp
 from ..cell_frames import tables_seen_from_base
 from ..orientation import frames_of_poses
 from ..program import MoveKind, Program
 from .configuration_tracking import ConfigurationTracker
+from .external_axes import table_ends
 from .interpolation import Circles, angles_between, on_lines
 
 OFF, TURNED = 4e-6, np.deg2rad(0.004)  # m and rad that a straight line of the axes is off the programmed way at most
 STEP, TURN = 2e-3, np.deg2rad(1.0)  # between the samples that are begun with
 HALVINGS = 9  # of a step between them
+POSE_NUMBERS = 6  # of X Y Z A B C
 AXES_STEP = np.deg2rad(1.0)  # between samples of a move of axes
 
 
@@ -70,9 +71,30 @@ def interpolate_program(program: Program, job: Job) -> ProgramPath:
         Its way.
 
     Raises:
-        InputError: it cannot be begun: no moves, the first leads nowhere, or a move lacks its tool or base; one line.
+        InputError: it cannot be begun: no moves, the first leads nowhere, a move lacks its tool or base, or leads an
+            arm of seven joints to a pose; one line.
     """
+    check_poses_say_all(program, job)
     return _Walk(program, job).path()
+
+
+def check_poses_say_all(program: Program, job: Job) -> None:
+    """Refuse a program whose poses leave joints of the arm open.
+
+    Args:
+        program: the program.
+        job: names the arm.
+
+    Raises:
+        InputError: a move leads an arm of more joints than a pose has numbers to a pose; one line.
+    """
+    moves, n = program.moves, job.scene.chain.n
+    to_poses = np.flatnonzero(np.isfinite(moves.pose[:, 0]))
+    if n > POSE_NUMBERS and len(to_poses):
+        raise InputError(
+            f"{move_label(program, int(to_poses[0]))}: the arm has {n} joints: X Y Z A B C leave one of them to the "
+            "controller, and nothing says how it moves; only moves to axis angles (PTP) can be run"
+        )
 
 
 class _Walk:
@@ -82,7 +104,7 @@ class _Walk:
         self.program, self.job, self.moves = program, job, program.moves
         self.tracker = ConfigurationTracker(job.solver)
         self.n = job.scene.chain.n
-        self.external = _held(self.moves.external, job)
+        self.external = table_ends(self.moves, job)
         self.to_tool = [inverse(T_flange_tcp(job.scene)) @ tool.T_flange_tcp for tool in program.tools]
         self.failures: dict[int, Failure] = {}
         self.parts: list[tuple[Floats, Ints, Floats, Floats]] = []
@@ -292,12 +314,6 @@ class _CartesianMoves:
         away = np.linalg.norm(wanted[:, :3, 3] - is_[:, :3, 3], axis=1)
         bad: Floats = (away > OFF) | (angles_between(wanted[:, :3, :3], is_[:, :3, :3]) > TURNED)
         return bad
-
-
-def _held(external: Floats, job: Job) -> Floats:
-    """E1, E2 at the end of every move, (m, 2), rad; an axis that is never given stands where the case has it."""
-    table = np.array(table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
-    return np.where(np.isfinite(external), external, table)
 
 
 def move_label(program: Program, move: int) -> str:

@@ -69,6 +69,7 @@ def test_what_does_not_go_with_a_toolpath_is_refused(theirs, make_case, capsys):
     for part, says in (
         ({"sub_volumes": ["boss.stl"]}, "give either toolpath or meshes"),
         ({"toolpath": "none.csv"}, "no such file"),
+        ({"units": "inch"}, "part.units: leave it out: a toolpath's columns are in mm"),
         ({"take": ["SV1"]}, "part.take: leave it out: a toolpath is laid whole"),
     ):
         with pytest.raises(InputError, match=says):

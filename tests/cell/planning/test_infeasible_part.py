@@ -15,9 +15,7 @@ from cell.cli.arguments import CHECK_TEXT
 from cell.collision.checker import Checker
 from cell.collision.proofs.reach_radii import tool_radii
 from cell.job.job import Job, prepare
-from cell.part_chunks.chunk_starts import beginnings
-from cell.part_chunks.chunking import Chunking
-from cell.planning import infeasible_part, part_plan
+from cell.planning import infeasible_part
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.collision_free_rolls import checked_rolls, collision_free_rolls, free_nowhere
 from cell.planning.context import Context
@@ -124,28 +122,6 @@ def test_contacts_are_charged_as_well_as_configurations(monkeypatch, job_with):
     # each costs a twentieth of a configuration, about
     assert judge.spent == pytest.approx(len(seen) + sum(seen) / 20)
     assert judge.left(0) == pytest.approx(all_of_it - judge.spent)
-
-
-@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
-def test_the_first_bead_of_a_chunked_part_is_searched_as_sparingly_as_any(monkeypatch, job_with, nothing_over, fixture):
-    in_full = []
-    monkeypatch.setattr(part_plan, "plan_bead", lambda *given: in_full.append(given))
-    job = job_with(fixture)
-    context = context_of(job)
-    chunks = Chunking(0, len(job.targets) // 4).chunks(job.targets, context.span)
-    assert len(chunks) > 1
-    known, q_before = beginnings(context, chunks)
-    assert len(q_before) == len(chunks)
-    assert known.bead.first == 0
-    assert not known.bead.whole
-    assert known.bead.target_failures
-    assert 0 < known.spent <= context.work
-    assert in_full == []
-    # and its chunk goes on with what is left
-    judge = InfeasiblePartJudge(context, 0, 1 / len(chunks))
-    judge.knows(known.bead, known.spent)
-    assert judge.lost
-    assert judge.left(known.bead.stop) == infeasible_part.PER_TARGET * known.bead.stop - known.spent
 
 
 def test_a_bead_that_comes_out_whole_is_charged_for_what_is_not_easy(job_with, monkeypatch):

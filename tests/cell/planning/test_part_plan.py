@@ -11,18 +11,15 @@ import pytest
 from support.jobs.layered_boss import context_of, layered_job
 
 from cell.job.job import Job
-from cell.part_chunks import chunk_starts
 from cell.part_chunks.chunked_plan import plan_in_chunks
 from cell.part_chunks.chunking import Chunking, Shared
 from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
-from cell.planning.bead_runs import BeadRun, KnownBead, PartPlan, PlannedRun, PostponedRun
+from cell.planning.bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
 from cell.planning.beads_ahead import BeadsAhead
-from cell.planning.context import Context
 from cell.planning.infeasible_part import Judged, lost_bead
 from cell.planning.part_plan import plan_part, plan_runs
 from cell.planning.station_search import StationSearch
-from ik.chain import Floats
 
 FOUR = Chunking(0, 8)  # four chunks of ten beads
 EMPTY = PartPlan((), (), {})
@@ -50,11 +47,6 @@ def same(one: PartPlan, two: PartPlan) -> bool:
         and all(np.array_equal(a.q, b.q) for a, b in travels)
         and one.travel_failures == two.travel_failures
     )
-
-
-def first_bead_in_full(context: Context, first: int, stop: int, q_before: Floats | None, _: float) -> KnownBead:
-    """The first bead as it is found where it need not be postponed."""
-    return KnownBead(part_plan.plan_bead(context, first, stop, q_before), 0.0)
 
 
 def out_of_reach(job: Job, *layers: int) -> Job:
@@ -87,9 +79,7 @@ def every_bead_postponed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[
 
 
 @pytest.mark.parametrize("chunking", [None, FOUR], ids=["one chunk", "four"])
-def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_bead_postponed, chunking, monkeypatch):
-    """But for the first bead of several chunks, whose end is where the others are begun from."""
-    monkeypatch.setattr(chunk_starts, "known_bead", first_bead_in_full)
+def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_bead_postponed, chunking):
     at_once = every_bead_postponed(no_budget=False)
     plan = planned(job, chunking)
     assert all(bead.whole for bead in plan.beads)
@@ -177,22 +167,6 @@ def test_postponed_beads_are_searched_in_rounds_of_more_and_more_until_one_is_lo
         [(0, 3, 2, False), (200, 4, 2, False)],
         [(0, 6, 4, True)],  # what is left of it is judged as in a part that is lost
     ]
-
-
-@pytest.mark.parametrize("lost", [False, True])
-def test_whether_the_first_bead_of_a_part_is_lost_is_said_to_all_chunks(job, monkeypatch, lost):
-    said: list[bool] = []
-    really = part_plan.plan_run
-
-    def noted(context, run, count):
-        said.append(run.lost)
-        return really(context, run, count)
-
-    monkeypatch.setattr(infeasible_part, "FLOOR", 0)
-    monkeypatch.setattr("cell.part_chunks.chunked_plan.plan_run", noted)
-    plan = planned(out_of_reach(job, 0) if lost else job, FOUR)
-    assert plan.beads[0].whole == (not lost)
-    assert said == [lost] * 4
 
 
 def test_behind_lost_layers_beads_are_searched_together_again(job, monkeypatch):

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.jobs.boss_motion import boss_case
+from support.jobs.boss_motion import boss_case, result_of
 from support.programs.boss_program import boss_program
 
 import cell.programs.export as export_module
@@ -295,6 +295,22 @@ def test_the_robodk_script_makes_every_target_with_its_external_axes() -> None:
     assert called == ["ARC_ON", "ARC_OFF"] * 3
     table = [args for name, method, args, item in calls if method == "AddFrame"]
     assert table[0][1].name.startswith("Item Table")
+
+
+def test_the_points_say_how_long_the_arm_waits_at_them(tmp_path: Path) -> None:
+    process = {"arc_on_s": 0.5, "arc_off_s": 0.25, "dwell_s": 2.0}
+    result = result_of(boss_case(tmp_path, process=process, roll={"fixed_deg": 20.0}))
+    assert result.motion is not None
+    made = export_program(result.job, result.motion)
+    assert made.result is not None
+    header, rows = pose_rows(result.job, made.result.run)
+    arc, waits = (np.array([float(row[header.index(name)]) for row in rows]) for name in ("arc", "wait_s"))
+    burns = np.append(arc[1:], 0.0)  # on the way from the point
+    assert (waits[(arc == 0) & (burns == 1)] == 0.5).all()
+    assert (waits[(arc == 1) & (burns == 0)] == 0.25).all()
+    assert not waits[(arc == 1) & (burns == 1)].any()
+    assert sorted(waits[(arc == 0) & (burns == 0)])[-2:] == [2.0, 2.0]  # between three layers
+    assert waits.sum() == pytest.approx(3 * 0.75 + 2 * 2.0)
 
 
 def test_the_command_writes_everything_or_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,6 +15,7 @@ from cell.case.controller_section import HOOK_FIELDS
 from cell.case.read import parse_case
 from cell.errors import InputError
 from cell.programs.controller import controller_of, program_name
+from cell.programs.krl_modules import ModuleNames
 from cell.programs.krl_write import write_krl
 from cell.programs.orientation import frames_of_poses
 from cell.programs.program import BaseFrame, Event, EventKind, MoveKind, Moves, Program, ToolFrame
@@ -130,6 +131,16 @@ def test_a_layer_is_cut_where_the_arm_stops() -> None:
 def test_the_cases_name_becomes_a_modules(title: str, name: str) -> None:
     assert program_name(title) == name
     assert len(program_name("x" * 90)) == 24
+
+
+def test_no_module_takes_the_name_of_a_sub_program_that_a_hook_calls() -> None:
+    hooks = {"arc_on": ["CUT_L000 ( ) ;bead {bead}"], "arc_off": ["Arc_Off ( )"]}
+    case = parse_case({"name": "arc off", "part": "none", "controller": {"hooks": hooks}}, ROOT / "arc_off.case.yaml")
+    made = controller_of(case)
+    assert made.program == "P_arc_off"
+    assert made.taken >= {"CUT_L000", "ARC_OFF"}
+    names = ModuleNames("CUT", made.taken)
+    assert [names.module(layer, 0, 1) for layer in (0, 1)] == ["CU_L000", "CUT_L001"]
 
 
 @pytest.mark.parametrize(

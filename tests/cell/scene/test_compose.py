@@ -5,6 +5,7 @@ import weakref
 import mujoco
 import numpy as np
 import pytest
+from support.cells.arm_models import arm
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker
@@ -184,3 +185,14 @@ def test_joints_that_cannot_be_bound_are_named(make_case):
         chain_of(scene.model, ["A2", "A1", "A3", "A4", "A5", "A6"], "tcp", "base_link")
     with pytest.raises(InputError, match="no site named 'tip'"):
         chain_of(scene.model, ["A1"], "tip", "base_link")
+
+
+@pytest.mark.parametrize("pedestal", ["", '<geom type="box" size="0.2 0.2 0.05"/>'])
+def test_the_base_world_is_the_models_own_origin(make_case, tmp_path, pedestal):
+    """As the programs' base it has to be the arm's, wherever the arm stands in the cell."""
+    (tmp_path / "arm.xml").write_text(arm().replace('<body name="carriage">', f'{pedestal}<body name="carriage">', 1))
+    place = {"position_mm": [300, -40, 200], "rotation_deg": [0, 0, 90]}
+    scene = job_of(make_case(robot={"model": str(tmp_path / "arm.xml"), "base": "world", **place})).scene
+    assert np.allclose(scene.T_world_base()[:3, 3], [0.3, -0.04, 0.2])
+    assert np.allclose(scene.T_world_base()[:3, 0], [0, 1, 0])
+    assert np.allclose(scene.chain.origins[0][:3, 3], 0)

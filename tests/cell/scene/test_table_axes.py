@@ -153,3 +153,10 @@ def test_none_is_a_table_that_stands_still_and_is_told(make_case):
     changed = path.with_name("moved.case.yaml")
     changed.write_text("extends: boss.case.yaml\npositioner: {position_mm: [1200, 0, 0]}\n", encoding="utf-8")
     assert load_case(changed).positioner.model == "none"
+
+
+def test_joints_that_are_called_the_other_way_round_are_refused(job):
+    """What a case and a program call E1 would be the model's E2."""
+    swapped = table().replace('"E1"', '"x"').replace('"E2"', '"E1"').replace('"x"', '"E2"')
+    with pytest.raises(InputError, match="E2 carries E1, so it is E1 in a case, in reports and in programs"):
+        job(swapped, positioner={"joints": ["E2", "E1"]})

@@ -1,5 +1,6 @@
 """Links of which one body has several joints: MuJoCo takes the links beside it for neighbours."""
 
+import mujoco
 import numpy as np
 import pytest
 from support.cells.arm_models import HOME, arm
@@ -49,3 +50,48 @@ def test_links_that_always_touch_are_left_out_and_said(make_case, tmp_path):
     said = [w for w in job.warnings if getattr(w, "code", None) is Code.PAIR_LEFT_OUT]
     assert len(said) == 1
     assert "hub - elbow" in said[0]
+
+
+HOSE = """<body name="hose" pos="0 0 -0.9"><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
+<joint name="swing" axis="0 1 0" range="-30 30"/><geom name="hose" type="sphere" size="0.03" pos="{} 0 -0.2"/></body>"""
+LINK_5 = '<body name="link_5"'
+WRIST = '<geom type="capsule" size="0.06" fromto="0 0 0 0.06 0 0"/>'
+GUIDE = '<geom name="guide" type="sphere" size="0.03" pos="0.065 0 -0.15"/>'
+
+
+def with_hose(off, *, named=True):
+    """The arm with a hose on link_4 that swings and a guide on link_5, without a key."""
+    hose = HOSE.format(off) if named else HOSE.format(off).replace('<body name="hose"', "<body")
+    text = arm(home=None).replace(LINK_5, hose + LINK_5).replace(WRIST, WRIST + GUIDE)
+    assert "swing" in text
+    assert "guide" in text
+    return text
+
+
+def as_mujoco_has_it(text, one, other):
+    """The contact of two shapes at HOME in the model by itself, m; None where there is none."""
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    for number, value in enumerate(HOME, start=1):
+        data.joint(f"A{number}").qpos[0] = np.deg2rad(value)
+    mujoco.mj_fwdPosition(model, data)
+    pairs = {model.geom(one).id, model.geom(other).id}
+    return next((c.dist for c in data.contact if {int(g) for g in c.geom} == pairs), None)
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_a_hose_that_is_held_is_held_against_the_next_link_as_where_it_swings(make_case, tmp_path, named):
+    text = with_hose(-0.2, named=named)
+    plain = as_mujoco_has_it(text, "hose", "guide")
+    assert plain is not None
+    job, found = at_home(make_case, tmp_path, text)
+    assert {job.scene.geom_name(g) for g in found.pair[0].tolist()} == {"hose", "guide"}
+    assert found.distance[0] == pytest.approx(plain, abs=1e-6)
+
+
+def test_a_hose_that_the_model_excludes_stays_excluded(make_case, tmp_path):
+    exclude = '<exclude body1="hose" body2="link_5"/><exclude body1="link_4" body2="link_6"/>'
+    text = with_hose(-0.2).replace('<exclude body1="link_4" body2="link_6"/>', exclude)
+    assert as_mujoco_has_it(text, "hose", "guide") is None
+    job, found = at_home(make_case, tmp_path, text)
+    assert {job.scene.geom_name(g) for g in found.pair[0].tolist()} != {"hose", "guide"}

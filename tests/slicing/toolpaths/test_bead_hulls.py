@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 from scipy.spatial import ConvexHull, Delaunay
 
-from slicing import Targets, Toolpath, toolpath_shape
+from slicing import Targets, Toolpath, read_toolpath, toolpath_shape
 from slicing.toolpaths.bead_hulls import bead_hulls, hulls_mesh
 
 
@@ -37,6 +38,34 @@ def test_the_pieces_hold_the_metal_and_hardly_more(below):
     exact = np.pi * (high**2 - low**2) * 4
     assert exact * 0.99 < volume < exact * 1.3
     assert len(pieces) < 60
+
+
+BENT = {
+    "a right angle": [(0, 0), (20, 0), (20, 20)],
+    "a square": [(0, 0), (20, 0), (20, 20), (0, 20), (0, 0)],
+    "lines that turn back": [(0, 0), (20, 0), (0, 3.75), (20, 7.5), (0, 11.25)],
+    "lines with short joints": [(0, 0), (20, 0), (20, 3.75), (0, 3.75), (0, 7.5), (20, 7.5)],
+    "there and back": [(0, 0), (20, 0), (0, 0)],
+    "a gentle bend": [(0, 0), (20, 0), (38, 8), (52, 22)],
+}
+
+
+@pytest.mark.parametrize("way", BENT.values(), ids=BENT)
+def test_the_pieces_hold_a_bead_round_its_corners(way, tmp_path):
+    table = tmp_path / "bent.csv"
+    rows = "".join(f"{x},{y},0,0,0,1,0\n" for x, y in way)
+    table.write_text(f"x,y,z,nx,ny,nz,path\n{rows}")
+    pieces = [corners for _, corners in bead_hulls(read_toolpath(table, width_mm=5.0, thickness_mm=1.7).targets, 5.0)]
+    bead = shapely.LineString(way).buffer(2.5 - 1e-3)
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(-3, 56, 0.25), np.arange(-3, 26, 0.25)))
+    inside = shapely.contains_xy(bead, x, y)
+    points = np.stack([x, y, np.full(len(x), 0.85)], axis=1)
+    held = np.any([Delaunay(corners).find_simplex(points, tol=1e-9) >= 0 for corners in pieces], axis=0)
+    assert held[inside].all()
+    # and none of them reaches further off than the corner of a square about a bead's end
+    assert (
+        shapely.distance(shapely.LineString(way), shapely.points(points[held][:, :2])).max() <= 2.5 * np.sqrt(2) + 1e-6
+    )
 
 
 def test_pieces_are_numbered_by_layer_and_sub_volume():

@@ -68,9 +68,31 @@ def test_beads_are_runs_of_rows_on_which_the_arc_is_on(tmp_path):
     np.testing.assert_allclose(radial.normal, [[0.6, 0.8, 0]] * 2)
 
 
+@pytest.mark.parametrize(("column", "off"), [("on", ("1", "0")), ("kind", ("print", "travel"))])
+def test_a_bead_ends_where_the_arc_is_off_whatever_its_number(column, off, tmp_path):
+    rows = [f"{x},0,0,{bead},{off[x in (18, 27)]}" for bead in (4, 7) for x in range(0, 55, 9)]
+    found = read_toolpath(written(tmp_path, *rows, header=f"x,y,z,path,{column}"), thickness_mm=2, normal="up").targets
+    assert found.position[:, 0].tolist() == [0, 9, 36, 45, 54] * 2
+    assert found.bead.tolist() == [0, 0, 1, 1, 1, 2, 2, 3, 3, 3]
+    assert found.layer.tolist() == found.bead.tolist()
+
+
+def test_layers_are_counted_from_beads_alone_and_what_is_welded_is_said(tmp_path):
+    words = ["travel", "travel", "wall", "wall", "travel", "contour", "contour"]
+    rows = [f"{9 * k},0,0,{word}" for k, word in enumerate(words)]
+    found = read_toolpath(written(tmp_path, *rows, header="x,y,z,kind"), thickness_mm=2, normal="up")
+    assert found.targets.layer.tolist() == [0, 0, 1, 1]
+    (said,) = [str(line) for line in found.warnings if line.code == "toolpath_columns"]
+    assert "rows of kind wall are welded" in said
+
+
 @pytest.mark.parametrize(
     ("rows", "says"),
     [
+        (
+            [f"{x},0,0,0,0,1,0,{layer},1,8" for layer in (0, 1) for x in (0, 9)],
+            "line 4: layer: '1': it changes within a bead",
+        ),
         (["0,0,0,0,0,1,0,0,1.7,8", "a,0,0,0,0,1,0,0,1.7,8"], "line 3: x_mm: 'a': a number is needed"),
         (["0,0,0,0,0,1,0,0,1.7,8", "nan,0,0,0,0,1,0,0,1.7,8"], "line 3: x_mm: 'nan'"),
         (["0,0,0,0,0,1,0,0,1.7,8", "1e300,0,0,0,0,1,0,0,1.7,8"], "line 3: x_mm: '1e300'"),

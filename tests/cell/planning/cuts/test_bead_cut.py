@@ -20,7 +20,7 @@ from cell.planning.bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
 from cell.planning.context import Context
 from cell.planning.cuts.bead_cut import find_cut
 from cell.planning.cuts.cut_search import roll_sectors
-from cell.planning.infeasible_part import DoubtfulBead, InfeasiblePartJudge, Judged, lost_alone
+from cell.planning.infeasible_part import DoubtfulBead, Judged, lost_alone
 from cell.planning.part_plan import BeadPlan, plan_runs
 from cell.rigid import frames
 from cell.scene.scene import table_angles
@@ -209,12 +209,3 @@ def test_a_bead_that_is_cut_is_searched_at_no_finer_rolls(walled, monkeypatch):
     plan = plan_bead(context, *BEADS[-1], None)
     assert plan.edge_failures
     assert steps == [context.settings.roll_step]
-
-
-def test_what_is_charged_for_the_first_bead_is_charged_to_its_chunk(boss):
-    for whole in (True, False):
-        judge = InfeasiblePartJudge(boss, 0)
-        before = judge.left(7)
-        judge.knows(BeadPlan(0, 7, (), {}, {}, frozenset() if whole else frozenset(range(7))), 100.0)
-        assert judge.lost == (not whole)
-        assert judge.left(7) == before - 100.0

@@ -240,13 +240,13 @@ def test_a_rounded_corner_between_a_ptp_and_a_line_is_looked_at() -> None:
     program = boss.made.written.program
     k = int(np.flatnonzero((program.moves.kind[:-1] == 0) & (program.moves.kind[1:] == 1))[0])
     blend = program.moves.blend.copy()
-    blend[k] = 0.02
+    blend[k] = 0.012
     plain = run_program(program, boss.job)
     run = run_program(replace(program, moves=replace(program.moves, blend=blend)), boss.job)
     assert len(run.runs) == len(plain.runs) + 1
     corner = next(one for one in run.runs if run.move[one.first + 1] == k)
     assert run.move[corner.last] == k + 1
-    assert corner.zone == pytest.approx(0.02)
+    assert corner.zone == pytest.approx(0.012)
     assert corner.s[-1] > 0.03
     # the times are those of a stop
     assert np.ptp(run.motion.t_s) == pytest.approx(np.ptp(plain.motion.t_s))
