@@ -29,7 +29,7 @@ HITS, COUPLED = "cell/verification/test_broken_motions.py", "cell/collision/proo
 LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/verification/test_accelerations.py"
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_near_spherical_wrist.py"
 SURFACES = "slicing/surfaces/test_surfaces.py"
-CUTS = "cell/planning/test_bead_cut.py"
+CUTS, CUT_SEARCH = "cell/planning/cuts/test_bead_cut.py", "cell/planning/cuts/test_cut_search.py"
 LOSS_AHEAD = "cell/planning/test_loss_ahead.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
@@ -374,9 +374,14 @@ MUTANTS = (
     Mutant("cell/planning/part_plan.py", "if not postponed or any(run.lost for run in found):", "if True:", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/part_plan.py", "full_searches=searches, lost=lost)", "full_searches=searches)", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/infeasible_part.py", "            if not target_failures and self.full_searches <= 0:\n", "            if False:\n", ("cell/planning/test_part_plan.py",)),
-    Mutant("cell/planning/bead_cut.py", ">= MOST_DETOUR * way", ">= 0.0 * way", (CUTS,)),
-    Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector", (CUTS,)),
-    Mutant("cell/planning/bead_cut.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector % max(len(blocked), 1)", (CUTS,)),
+    Mutant("cell/planning/cuts/cut_search.py", "depth >= MOST_DETOUR * way", "depth >= 0.0 * way", (CUTS,)),
+    Mutant("cell/planning/cuts/cut_search.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector", (CUTS,)),
+    Mutant("cell/planning/cuts/cut_search.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector % max(len(blocked), 1)", (CUTS,)),
+    Mutant("cell/planning/cuts/cut_search.py", "deep | bare & self._forbidden_between(a, b)[branch]", "deep | bare", (CUT_SEARCH,)),
+    Mutant("cell/planning/cuts/cut_search.py", "[i for i in some if (i, g) not in self._closely]", "[]", (CUTS, CUT_SEARCH)),
+    Mutant("cell/planning/cuts/cut_search.py", "                more += [(row, roll) for roll in fine[may].tolist()]\n", "", (CUT_SEARCH,)),
+    Mutant("cell/planning/cuts/cut_search.py", "            more += [(row, roll) for roll in fine[on:][may[on:]].tolist()]\n", "", (CUT_SEARCH,)),
+    Mutant("cell/planning/context.py", "joint_of_shapes(scene, links) >= FIRST_OF_WRIST", "joint_of_shapes(scene, links) > FIRST_OF_WRIST + 1", (CUT_SEARCH,)),
     Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut)\n", "", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/part_plan.py", "        return self.loss_ahead.lost is not None\n", "        return False\n", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "return plan_runs(context, [replace(run, last=()) for run in runs], planned, progress)", "pass", (LOSS_AHEAD,)),
@@ -384,7 +389,7 @@ MUTANTS = (
     Mutant("cell/planning/part_plan.py", "return replace(bead, open=frozenset([bead.first]))", "return bead", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "if self.run.begun is not None or self.judge.every:", "if self.run.begun is not None:", (LOSS_AHEAD,)),
     Mutant("cell/planning/loss_ahead.py", "if search.run() is not None:", "if False:", (LOSS_AHEAD, CUTS)),
-    Mutant("cell/planning/travels/straight_travels.py", "of[found.distance < 2 * context.settings.clearance]", "of[found.distance < 3 * context.settings.clearance]", (LOSS_AHEAD,)),
+    Mutant("cell/planning/travels/straight_travels.py", "_have_room(context.checker, paths, 2 * context.settings.clearance)", "_have_room(context.checker, paths, 3 * context.settings.clearance)", (LOSS_AHEAD,)),
     Mutant("cell/part_chunks/chunked_plan.py", "                bead = replace(bead, open=frozenset([bead.first]))\n", "                pass\n", (LOSS_AHEAD,)),
     Mutant("cell/planning/collision_free_rolls.py", "hides &= (known.room[:-1] < 0) & (known.room[1:] < 0)", "hides[:] = False", (CUTS,)),
     Mutant("cell/planning/blocking_layers.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_blocking_layers.py",)),

@@ -21,12 +21,12 @@ from ik.chain import Floats
 from ik.roll import wrap
 
 from ..failure import Failure
-from .bead_cut import find_cut
 from .bead_outcome import BeadPlan
 from .bead_search import MOST_SEARCHES, BeadSearch
 from .collision_free_rolls import Stretches, collision_free_rolls, stabbing
 from .configurations import nodes_at_rolls
 from .context import FINER_ROLLS, Context
+from .cuts.bead_cut import find_cut
 from .edges.edge_check import SearchedBead, Stretch
 from .station_search import ELSEWHERE, Ends, StationSearch
 from .travels.travel import TravelPath, can_leave, travel, turned_to_travel_end

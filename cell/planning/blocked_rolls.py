@@ -28,10 +28,13 @@ class BlockedRolls:
     Attributes:
         turn: of the roll to either side within which it does not keep the clearance, (m,), rad; 0 where it does.
         room: its own least clearance less what is asked for, (m,), m, where that is negative; 0 elsewhere.
+        flipped: the same of all pairs but those of links that A4 and A5 carry, (m,), m: of what stands alike in every
+            configuration with the same A1 to A3 at this roll.
     """
 
     turn: Floats
     room: Floats
+    flipped: Floats
 
 
 def with_blocked_rolls(context: Context, axes: Floats, deposits_laid: Ints) -> tuple[Clearances, BlockedRolls]:
@@ -56,10 +59,12 @@ def with_blocked_rolls(context: Context, axes: Floats, deposits_laid: Ints) -> t
         rooms.append(distance - least)
 
     seen = screen.clearances(axes, deposits_laid, met)
-    held = BlockedRolls(np.zeros(len(axes)), np.zeros(len(axes)))
+    held = BlockedRolls(*np.zeros((3, len(axes))))
     if rows:
         row, pair, room = np.concatenate(rows), np.concatenate(pairs), np.concatenate(rooms)
         mine = np.flatnonzero((room < 0) & screen.of_tool(pair))
         np.maximum.at(held.turn, row[mine], -room[mine] / context.tool_radius[pair[mine]].min(axis=1))
         np.minimum.at(held.room, row[mine], room[mine])
+        alike = np.flatnonzero((room < 0) & ~context.wrist_geom[pair].any(axis=1))
+        np.minimum.at(held.flipped, row[alike], room[alike])
     return seen, held

@@ -29,7 +29,7 @@ from ..collision.clearances import Clearances
 from ..failure import Contact, RollBetween
 from .blocked_rolls import with_blocked_rolls
 from .configurations import Nodes
-from .context import Context
+from .context import FIRST_OF_WRIST, Context
 
 FINEST = np.deg2rad(0.3)  # closer samples are not checked
 MOST_DETOUR = 1.5  # how much longer the way between two samples can be than the straight one in joints
@@ -70,11 +70,14 @@ class KnownRolls:
         """Some of them."""
         return KnownRolls(*(getattr(self, f.name)[at] for f in fields(self)))
 
+    def joined(self, *others: KnownRolls) -> KnownRolls:
+        """All of them, one behind the other."""
+        return KnownRolls(*(np.concatenate([getattr(x, f.name) for x in (self, *others)]) for f in fields(self)))
+
     def sorted_with(self, *others: KnownRolls) -> KnownRolls:
         """All of them together."""
-        every = [np.concatenate([getattr(x, f.name) for x in (self, *others)]) for f in fields(self)]
-        order = np.lexsort((every[2], every[1], every[0]))
-        return KnownRolls(*(values[order] for values in every))
+        every = self.joined(*others)
+        return every.rows(np.lexsort((every.roll, every.branch, every.target)))
 
     def free_targets(self) -> Ints:
         """Targets that are free at a roll."""
@@ -159,7 +162,13 @@ def _searched(
 
 
 def with_rolls_between(
-    context: Context, known: KnownRolls, *, until_free: bool = False, beside_free: bool = True
+    context: Context,
+    known: KnownRolls,
+    *,
+    until_free: bool = False,
+    beside_free: bool = True,
+    flips: bool = False,
+    parts: int = 2,
 ) -> KnownRolls:
     """The same with all that has to be checked between these rolls: nothing free hides between any two of them.
 
@@ -168,7 +177,10 @@ def with_rolls_between(
         known: rolls that were checked.
         until_free: whether no more is checked of targets that are free at a roll.
         beside_free: whether it is checked how far what is free reaches, beyond the last roll at which it was found so.
+        flips: see :func:`checked_rolls`.
+        parts: in which what may hide something free is cut at a time.
     """
+    fractions = np.arange(1, parts) / parts
     while context.solver.form is not None:
         hides = _may_hide(context, known)
         if until_free:
@@ -178,8 +190,9 @@ def with_rolls_between(
         at = np.flatnonzero(hides)
         if not len(at):
             break
-        middle = (known.roll[at] + known.roll[at + 1]) / 2
-        known = known.sorted_with(checked_rolls(context, known.target[at], middle, known.branch[at]))
+        between = np.multiply.outer(known.roll[at], 1 - fractions) + np.multiply.outer(known.roll[at + 1], fractions)
+        target, branch = (np.repeat(of[at], len(fractions)) for of in (known.target, known.branch))
+        known = known.sorted_with(checked_rolls(context, target, between.ravel(), branch, flips=flips))
     return known
 
 
@@ -189,7 +202,9 @@ def rolls_around(context: Context, step: float) -> Floats:
     return np.append(rolls, rolls[0] + 2 * np.pi) if context.window.is_full else rolls
 
 
-def rolls_sampled(context: Context, some: Ints, step: float, *, until_free: bool = False) -> KnownRolls:
+def rolls_sampled(
+    context: Context, some: Ints, step: float, *, until_free: bool = False, flips: bool = False
+) -> KnownRolls:
     """Targets at the rolls of a step, less those between coarser ones at which the tool is held.
 
     Args:
@@ -197,6 +212,7 @@ def rolls_sampled(context: Context, some: Ints, step: float, *, until_free: bool
         some: which targets, ascending.
         step: distance of the rolls, rad.
         until_free: whether no more is checked of targets that are free at a roll.
+        flips: see :func:`checked_rolls`.
     """
     rolls = rolls_around(context, step)
     stride = 1
@@ -208,7 +224,7 @@ def rolls_sampled(context: Context, some: Ints, step: float, *, until_free: bool
         coarse = np.unique(np.append(np.arange(0, len(rolls), stride), len(rolls) - 1))
         t, k = np.nonzero(~seen[:, coarse] & _open_between(rolls, seen, held)[:, coarse])
         if len(t):
-            looked.append(checked_rolls(context, some[t], rolls[coarse[k]], until_free=until_free))
+            looked.append(checked_rolls(context, some[t], rolls[coarse[k]], until_free=until_free, flips=flips))
             seen[t, coarse[k]] = True
             at = np.searchsorted(some, looked[-1].target), np.searchsorted(rolls, looked[-1].roll)
             np.maximum.at(held, at, looked[-1].held)  # in one branch as in another
@@ -242,9 +258,24 @@ def _spread(rolls: Floats, held: Floats, *, circular: bool) -> Floats:
 
 
 def checked_rolls(
-    context: Context, target: Ints, roll: Floats, branch: Ints | None = None, *, until_free: bool = False
+    context: Context,
+    target: Ints,
+    roll: Floats,
+    branch: Ints | None = None,
+    *,
+    until_free: bool = False,
+    flips: bool = False,
 ) -> KnownRolls:
-    """Targets at rolls, (m,): all their branches, or one of each; or as many as it takes to see that it is free."""
+    """Targets at rolls, (m,): all their branches, or one of each; or as many as it takes to see that it is free.
+
+    Args:
+        context: the arm and the cell.
+        target: which.
+        roll: of each, rad.
+        branch: of each; all of them where left out.
+        until_free: whether no more is checked of targets that are free at a roll.
+        flips: whether it is enough of a wrist's other configuration that what both have in common collides.
+    """
     solver = context.solver
     first, same = distinct(target, roll)
     placed = context.placed.rows(target[first])
@@ -264,18 +295,20 @@ def checked_rolls(
     room = np.where(good.any(axis=1), np.nan, -np.inf)
     none = Clearances.none(len(q))
     looked = KnownRolls(target, branch, roll, q, room, np.zeros(len(q)), none.pair, none.position)
-    return _with_room(context, looked.sorted_with(), until_free=until_free)
+    return _with_room(context, looked.sorted_with(), until_free=until_free, flips=flips)
 
 
-def _with_room(context: Context, looked: KnownRolls, *, until_free: bool) -> KnownRolls:
+def _with_room(context: Context, looked: KnownRolls, *, until_free: bool, flips: bool) -> KnownRolls:
     """The same with the room where it is NaN: of one branch of each roll first, as the tool stands alike in all."""
     room, held = looked.room.copy(), looked.held.copy()
     pair, position = looked.pair.copy(), looked.position.copy()
     _, alike = distinct(looked.target, looked.roll)
-    for one_a_roll in (True, False):
+    # with the same angles before the wrist, links stand alike that carry it
+    flipped = distinct(looked.target, looked.roll, *looked.q[:, :FIRST_OF_WRIST].T)[1] if flips else alike
+    for first_of in (alike, flipped, None) if flips else (alike, None):
         at = np.flatnonzero(np.isnan(room))
-        if one_a_roll:
-            at = at[np.unique(alike[at], return_index=True)[1]]
+        if first_of is not None:
+            at = at[np.unique(first_of[at], return_index=True)[1]]
         elif until_free:
             at = at[~np.isin(looked.target[at], looked.target[room >= 0])]
         if not len(at):
@@ -288,6 +321,11 @@ def _with_room(context: Context, looked: KnownRolls, *, until_free: bool) -> Kno
         most[alike[at[tool]]] = tools.room[tool]
         np.maximum.at(held_by, alike[at], tools.turn)
         room = np.where(np.isnan(room), most[alike], room)
+        if flips:
+            common = np.zeros(int(flipped.max(initial=0)) + 1)
+            np.minimum.at(common, flipped[at], tools.flipped)
+            common = np.where(common < 0, common, np.nan)
+            room = np.where(np.isnan(room), common[flipped], room)
         held = np.maximum(held, held_by[alike])
     return replace(looked, room=room, held=held, pair=pair, position=position)
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 from ik.roll import RollWindow
@@ -20,6 +21,7 @@ from ik.singularity import SingularityLimits
 from ik.solver import Solver
 
 from ..arrays import Ints
+from ..collision.arm_poses import joint_of_shapes
 from ..collision.checker import Checker
 from ..collision.clearances import CLEARANCE_REACH, Clearances
 from ..collision.proofs.reach_radii import all_radii, radii, tool_radii
@@ -84,6 +86,7 @@ def settings_of(job: Job) -> Settings:
 KEPT_CLEARANCE = 2e-6
 # times as many rolls where a bead does not come out whole, and again where every target is free by itself
 FINER_ROLLS = 3
+FIRST_OF_WRIST = 3  # the joints before it carry what a wrist's two configurations have in common
 LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be seen
 
 
@@ -251,6 +254,15 @@ class Context:
     def tool_radius(self) -> Floats:
         """How far from the wire's line each geom that moves with the TCP reaches, (ngeom,), m; infinite for others."""
         return tool_radii(self.checker.scene)
+
+    @cached_property
+    def wrist_geom(self) -> NDArray[np.bool_]:
+        """Whether a geom is of a link that A4 or A5 carries and A6 does not, (ngeom,)."""
+        scene = self.checker.scene
+        out = np.zeros(len(scene.arm_geom), dtype=bool)
+        links = np.flatnonzero(scene.arm_geom & ~scene.tool_geom & scene.contact_bits.any(axis=0))
+        out[links] = joint_of_shapes(scene, links) >= FIRST_OF_WRIST
+        return out
 
     @property
     def asked(self) -> int:

@@ -32,12 +32,12 @@ from ik.chain import Floats
 from ik.reachability_proof import certify
 
 from ..arrays import Ints
-from .bead_cut import cut_bead, may_be_cut
 from .bead_outcome import BeadPlan, TargetFailure
 from .bead_search import BeadSearch
 from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhere
 from .configurations import BRANCHES, nodes_at_rolls
 from .context import FINER_ROLLS, Context
+from .cuts.bead_cut import cut_bead, may_be_cut
 from .edges.edge_check import SearchedBead
 from .station_search import HIT, Ends, StationSearch
 
@@ -49,7 +49,7 @@ TRIED_FIRST = 3  # targets judged by themselves before a bead is searched in ful
 TARGET_WORK = 60  # configurations that it takes to judge a target by itself, about, as long as none was
 LOOKED_AT = 3  # last beads of a part, or of those postponed, of which some may be looked at whether they are cut
 LOOKED_AT_CLOSELY = 2  # of these, before any bead is searched in full
-FEW, TOGETHER = 4, 48  # targets judged in one go, at least and at most
+FEW, TOGETHER, HELD_TOGETHER = 4, 48, 384  # targets judged in one go: at least, and at most with a free and a held roll
 TRAVEL_WORK = 4000  # configurations that a way round is searched with, about
 BLOCK = 256  # targets evaluated together
 
@@ -268,7 +268,8 @@ class InfeasiblePartJudge:
 
     def _as_many(self, left: float) -> int:
         """Targets to be judged in one go with what is left, by what others have cost."""
-        return int(np.clip(left * self._judged_alone // self._work_alone, FEW, TOGETHER))
+        most = HELD_TOGETHER if self.context.window.is_fixed else TOGETHER
+        return int(np.clip(left * self._judged_alone // self._work_alone, FEW, most))
 
     def _nearest(self, first: int, stop: int) -> int:
         """The target of a bead that is nearest to the last one that was lost."""

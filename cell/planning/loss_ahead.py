@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from weakref import WeakKeyDictionary
 
-from .bead_cut import cut_bead, may_be_cut
 from .bead_outcome import BeadPlan
 from .context import Context
+from .cuts.bead_cut import cut_bead, may_be_cut
 from .edges.edge_check import SearchedBead
 from .infeasible_part import (
     LOOKED_AT,

@@ -171,10 +171,17 @@ class Scene:
         Args:
             geom: its number in the scene's model.
         """
-        if self.piece_of_geom[geom] == BodyOwner.FIXTURE:
-            return self.model.body(self.model.geom_bodyid[geom]).name.split("/")[1]
-        name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, geom)
-        return name or f"{self.model.body(self.model.geom_bodyid[geom]).name} (geom {geom})"
+        if geom not in self._names:
+            body = self.model.body(self.model.geom_bodyid[geom]).name
+            name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, geom)
+            is_piece = self.piece_of_geom[geom] == BodyOwner.FIXTURE
+            self._names[geom] = body.split("/")[1] if is_piece else name or f"{body} (geom {geom})"
+        return self._names[geom]
+
+    @cached_property
+    def _names(self) -> dict[int, str]:
+        """Names of geoms that have been asked for."""
+        return {}
 
 
 def table_angles(scene: Scene, E1_deg: float, E2_deg: float) -> tuple[float, float]:

@@ -72,11 +72,13 @@ class FreeMoves:
         found = self.context.screen.clearances(q, laid)
         hit = found.distance < self.context.settings.clearance
         if self.wire is not None:
-            drawn = self.wire.clearances(q, laid)
-            through = ~hit & (drawn.distance <= 0)
-            self._remember(drawn, through, edge)
+            clear = np.flatnonzero(~hit)
+            drawn = self.wire.clearances(q[clear], laid[clear])
+            through = drawn.distance <= 0
+            self._remember(drawn, through, edge[clear])
             self._remember(found, hit, edge)
-            return hit | through
+            hit[clear] = through
+            return hit
         self._remember(found, hit, edge)
         return hit
 

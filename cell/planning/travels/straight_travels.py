@@ -31,6 +31,7 @@ from .rrt_connect import sampled
 from .travel import TravelPath
 
 FIRST_LOOK = 10  # every so many samples of a travel are checked before the others
+FEW = 3  # travels of which a sample is checked to learn whether they are to be checked so
 ENDS = 3  # samples of either end of a travel that are checked in any case
 WIRE_ROOM = 1e-9  # m: a wire that comes nearer to something is left to ``travel``
 
@@ -73,14 +74,14 @@ def straight_travels(context: Context, gaps: Sequence[BeadGap], *, doubtful: boo
     Args:
         context: what they were planned with.
         gaps: between which.
-        doubtful: whether many are not free: then a few samples of each are checked first.
+        doubtful: whether many are not free: then a few samples of each are checked first, as where a few are not.
 
     Returns:
         Samples (m, j) and their clearances of each, from where the one bead ends to where the other begins; None where
         it is not free with room at the first try.
     """
     settings, routes = context.settings, _routes(context, gaps)
-    if doubtful:
+    if doubtful or _some_are_shut(context, routes):
         routes = _free_at_first_look(context, routes)
     found = _kept(
         context.checker, context, [(r.q, r.deposits_laid) for r in routes], 2 * settings.clearance, settings.kept
@@ -107,16 +108,34 @@ def straight_travel(context: Context, end: Stretch, start: Stretch) -> TravelPat
     return straight_travels(context, [gap], doubtful=True)[0]
 
 
+def _some_are_shut(context: Context, routes: Sequence[_Route]) -> bool:
+    """Whether one of a few ways has no room half-way."""
+    some = (
+        [routes[k] for k in np.unique(np.linspace(0, len(routes) - 1, FEW).round().astype(np.int64))] if routes else []
+    )
+    if len(some) < FEW:
+        return False
+    q, laid = np.array([route.q[len(route.q) // 2] for route in some]), np.array([r.deposits_laid for r in some])
+    return bool((context.checker.clearances(q, laid).distance < 2 * context.settings.clearance).any())
+
+
 def _free_at_first_look(context: Context, routes: Sequence[_Route]) -> list[_Route]:
     """Those of some ways that have room at every few samples."""
-    if not routes:
+    paths = [(route.q, route.deposits_laid) for route in routes]
+    room = _have_room(context.checker, paths, 2 * context.settings.clearance)
+    return [route for route, has in zip(routes, room, strict=True) if has]
+
+
+def _have_room(checker: Checker, paths: Sequence[tuple[Floats, int]], room: float) -> list[bool]:
+    """Whether ways (samples and deposits laid) have room at every few of their samples."""
+    if not paths:
         return []
-    some = [route.q[::FIRST_LOOK] for route in routes]
+    some = [q[::FIRST_LOOK] for q, _ in paths]
     of = np.repeat(np.arange(len(some)), [len(q) for q in some])
-    laid = np.array([route.deposits_laid for route in routes])[of]
-    found = context.checker.clearances(np.concatenate(some), laid)
-    shut = np.unique(of[found.distance < 2 * context.settings.clearance])
-    return [route for k, route in enumerate(routes) if k not in shut]
+    laid = np.array([deposits_laid for _, deposits_laid in paths])[of]
+    out = np.ones(len(paths), dtype=bool)
+    out[of[checker.clearances(np.concatenate(some), laid).distance < room]] = False
+    return [bool(has) for has in out]
 
 
 def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
@@ -165,6 +184,7 @@ def _kept(
             mine = np.flatnonzero(of == i)
             out[i] = TravelPath(q[mine], proved.seen.rows(mine), low[mine], kept[mine])
     again = np.flatnonzero(left).tolist()
+    again = [i for i, has in zip(again, _have_room(checker, [paths[i] for i in again], room), strict=True) if has]
     for i, path in zip(again, _checked_travels(checker, context, [paths[i] for i in again], room, least), strict=True):
         out[i] = path
     return out

@@ -15,10 +15,11 @@ from support.jobs.boss_motion import boss_case, job_of
 from cell.collision.clearances import Clearances
 from cell.job.job import Job
 from cell.planning import bead_plan, infeasible_part, part_plan
-from cell.planning.bead_cut import find_cut, roll_sectors
 from cell.planning.bead_plan import plan_bead
 from cell.planning.bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
 from cell.planning.context import Context
+from cell.planning.cuts.bead_cut import find_cut
+from cell.planning.cuts.cut_search import roll_sectors
 from cell.planning.infeasible_part import DoubtfulBead, Judged, lost_alone
 from cell.planning.part_plan import BeadPlan, plan_runs
 from cell.rigid import frames
