@@ -1,7 +1,7 @@
 """What is known of places on a bead, by which it is told where no way leads on.
 
     search = CutSearch(context, first, stop)
-    for places in search.begun_at(near): ..                # ascending places; search.place tells that of each target
+    for places in search.begun_at(near):                   # ascending places; search.place tells that of each target
         search.cut(places, branch)                         # two of them between which no way seems to lead, or None
         finer = search.refined(places, branches)           # more of them, where the roll turns far; None: nowhere
     search.confirmed({branch: places})                     # the same once nothing free is overlooked there
