@@ -35,7 +35,7 @@ __all__ = [
 
 
 SLIVER_MM = 0.004  # mean width of a loop that no bead is laid for
-MOST_LAYERS = 100_000  # more are a wrong unit, and do not fit into memory
+MOST_LAYERS = 10_000  # more are a wrong unit, and take hours
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ def require_layers(mesh: Mesh, h_layer_mm: float) -> None:
     if extent > MOST_LAYERS * h_layer_mm:
         raise PartError(
             f"{mesh.name}: h_layer_mm {h_layer_mm:g} is too thin for a part {extent:.4g} mm large;"
-            f" at most {MOST_LAYERS:,} layers are cut"
+            f" at most {MOST_LAYERS:,} layers are cut; is the mesh in another unit?"
         )
 
 

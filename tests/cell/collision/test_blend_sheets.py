@@ -209,6 +209,7 @@ def test_where_sheets_are_proved_every_rounding_keeps_the_clearance(boss):
     assert near > 30
 
 
+@pytest.mark.slow
 def test_what_stands_among_the_roundings_of_a_turn_is_not_proved_away(scenes):
     """Two ways past a shape, one on either side, joined by a short one: a rounding leads through the shape."""
     rng, through = np.random.default_rng(14), 0

@@ -149,6 +149,7 @@ def nearest_rounded(result: Result, motion: Motion, blend: float) -> float:
     return float(found.distance.min())
 
 
+@pytest.mark.slow
 def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -54,6 +54,7 @@ def test_every_row_of_the_papers_tables_is_there(paper):
     assert by_strategy(paper["support/SV1"].paper)["nonuniform"].NV == 247
 
 
+@pytest.mark.slow
 def test_the_parts_were_dimensioned_for_cylinders(paper):
     for one in paper.values():
         ours, theirs = (by_strategy(rows)["cylindrical"] for rows in (one.rows, one.paper))

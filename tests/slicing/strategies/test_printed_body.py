@@ -96,6 +96,9 @@ def test_layers_without_end_are_refused_at_once():
     for cut in (slice_body, slice_sub_volume):
         with pytest.raises(PartError, match=r"h_layer_mm 0\.01 is too thin"):
             cut(*((mesh, CylindricalBody(20.0)) if cut is slice_body else (boss, CylindricalBody(2000.0))), thin)
+    in_metres = turned((20e3, 0.0), (20e3, 40e3))
+    with pytest.raises(PartError, match="is the mesh in another unit"):
+        slice_body(in_metres, CylindricalBody(20e3), SlicingParameters("nonuniform", 2.0, 1.0, 3.0))
 
 
 def test_the_body_comes_first_and_is_not_there_before_it_is_printed(make_case):

@@ -147,6 +147,7 @@ def test_a_way_with_room_at_its_samples_is_taken_only_if_it_is_free_between_them
     assert missed > 3
 
 
+@pytest.mark.slow
 def test_a_travel_with_little_room_is_left_to_the_search(boss, tmp_path):
     context, stretches = boss
     gap, q, T = widest_step(context, gaps_of(context, stretches))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +24,13 @@ from cell.verdict.result import Result
 E2 = 150.0  # deg, of the boss
 
 
-def boss_on(folder: Path, turn: str) -> Result:
+@pytest.fixture(scope="module")
+def boss_on(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Result]:
     """The boss on a table whose E2 is written so: without a range it is endless."""
+    return cache(lambda turn: made_on(tmp_path_factory.mktemp("boss"), turn))
+
+
+def made_on(folder: Path, turn: str) -> Result:
     (folder / "table.xml").write_text(table(turn=turn), encoding="utf-8")
     place = {"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90], "max_speed_deg_s": [100, 150]}
     result = result_of(
@@ -61,8 +68,8 @@ def ends(files: dict[str, str]) -> list[float]:
 
 
 @pytest.mark.parametrize("turn_deg", [300.0, -300.0, 180.0])
-def test_a_long_turn_of_an_endless_axis_is_written_in_moves_that_the_controller_makes_alike(tmp_path, turn_deg):
-    result = boss_on(tmp_path, "")
+def test_a_long_turn_of_an_endless_axis_is_written_in_moves_that_the_controller_makes_alike(boss_on, turn_deg):
+    result = boss_on("")
     assert endless_axes(result.job.scene).tolist() == [False, True]
     made = export_program(result.job, turned_before(result.motion, turn_deg))
     assert made.fault is None
@@ -74,16 +81,15 @@ def test_a_long_turn_of_an_endless_axis_is_written_in_moves_that_the_controller_
     assert layer.count("PTP") >= 3
 
 
-def test_a_long_turn_of_an_axis_with_a_range_is_one_move(tmp_path):
-    result = boss_on(tmp_path, 'range="-350 460"')
+def test_a_long_turn_of_an_axis_with_a_range_is_one_move(boss_on):
+    result = boss_on('range="-350 460"')
     made = export_program(result.job, turned_before(result.motion, 300.0))
     assert made.fault is None
     assert np.rad2deg(np.abs(np.diff(made.written.program.moves.external[:, 1]))).max() == pytest.approx(300.0)
 
 
-def rerun(folder: Path, turn: str, first_E2: float) -> ProgramResult:
+def rerun(folder: Path, result: Result, first_E2: float) -> ProgramResult:
     """The boss' program with its first point at another E2, read and judged."""
-    result = boss_on(folder, turn)
     made = export_program(result.job, result.motion)
     assert made.fault is None
     files = dict(made.files)
@@ -100,23 +106,23 @@ def span(result: ProgramResult) -> float:
 
 
 @pytest.mark.parametrize(("first_E2", "made_deg"), [(450.0, 60.0), (-20.0, 170.0), (-200.0, 10.0)])
-def test_a_program_is_run_the_way_an_endless_axis_turns(tmp_path, first_E2, made_deg):
-    result = rerun(tmp_path, "", first_E2)
+def test_a_program_is_run_the_way_an_endless_axis_turns(boss_on, tmp_path, first_E2, made_deg):
+    result = rerun(tmp_path, boss_on(""), first_E2)
     assert span(result) == pytest.approx(made_deg)
     assert [f.reason for f in result.findings] == []
     told = [str(line) for line in result.warnings if "shorter way" in str(line)]
     assert len(told) == (abs(first_E2 - E2) > 180)
 
 
-def test_a_program_is_run_as_its_numbers_say_where_the_axis_has_a_range(tmp_path):
-    result = rerun(tmp_path, 'range="-350 460"', 450.0)
+def test_a_program_is_run_as_its_numbers_say_where_the_axis_has_a_range(boss_on, tmp_path):
+    result = rerun(tmp_path, boss_on('range="-350 460"'), 450.0)
     assert span(result) == pytest.approx(300.0)
     assert not any("shorter way" in str(line) for line in result.warnings)
 
 
 @pytest.mark.parametrize("first_E2", [-30.0, 330.0, -29.9])
-def test_half_a_turn_of_an_endless_axis_is_a_finding(tmp_path, first_E2):
-    found = [f for f in rerun(tmp_path, "", first_E2).findings if f.reason == "external"]
+def test_half_a_turn_of_an_endless_axis_is_a_finding(boss_on, tmp_path, first_E2):
+    found = [f for f in rerun(tmp_path, boss_on(""), first_E2).findings if f.reason == "external"]
     assert [(f.detail["axis"], round(f.detail["turns_deg"], 1)) for f in found] == [
         ("E2", pytest.approx(abs(modulo(E2 - first_E2)), abs=0.06))
     ]
