@@ -115,6 +115,7 @@ def test_one_zone_for_each_place_is_the_average_over_that_zone():
     assert PathBlends(path.q, s).at(at, zone) == pytest.approx(one, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("told", [False, True])
 def test_where_every_rounding_is_proved_to_keep_the_clearance_it_does(told):
     rng, least, proved, near = np.random.default_rng(6), 0.004, 0, 0
@@ -248,6 +249,7 @@ def test_the_groups_of_a_checkers_pairs_see_together_what_it_sees(scene):
     assert groups_of(point) == (point,)
 
 
+@pytest.mark.slow
 def test_a_post_anywhere_among_the_roundings_of_a_corner_is_met():
     """Contact is all that is asked after: paths that round less and more are free, and one between them is not."""
     rng, met, free = np.random.default_rng(12), 0, 0

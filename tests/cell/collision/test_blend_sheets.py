@@ -194,6 +194,7 @@ def truth(checker, path, k, laid, n=15, shares=(0.02, 1.0)):
     return float(np.minimum(checker.clearances(q, np.full(len(q), laid)).distance, REACH).min())
 
 
+@pytest.mark.slow
 def test_where_sheets_are_proved_every_rounding_keeps_the_clearance(boss):
     rng, proved, near = np.random.default_rng(8), 0, 0
     checker, laid = Checker(boss.scene, tuple(UP), 0.05), boss.scene.n_deposits
@@ -234,6 +235,7 @@ def test_what_stands_among_the_roundings_of_a_turn_is_not_proved_away(scenes):
     assert through > 10
 
 
+@pytest.mark.slow
 def test_of_several_paths_what_comes_near_is_found_as_of_each_by_itself(boss):
     rng, near, proved = np.random.default_rng(8), 0, 0
     checker, laid, radius = Checker(boss.scene, tuple(UP), 0.05), boss.scene.n_deposits, radii(boss.scene)

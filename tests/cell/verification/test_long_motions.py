@@ -61,6 +61,7 @@ def test_what_is_found_does_not_depend_on_the_processes(
     assert free or any(f.reason == "collision" for f in one.findings)
 
 
+@pytest.mark.slow
 def test_pieces_hold_every_step_and_every_run(run: tuple[Job, ReadMotion], monkeypatch: pytest.MonkeyPatch) -> None:
     pieces = []
     monkeypatch.setattr(arm_clearances, "LEAST_PIECE", 900)

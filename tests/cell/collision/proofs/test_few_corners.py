@@ -45,6 +45,7 @@ def bar(rng, count):
     return np.clip(rng.uniform(-1.1, 1.1, (count, 3)), -1, 1) * [0.1, 0.01, 0.002] @ turn.T
 
 
+@pytest.mark.slow
 def test_no_point_is_beyond_its_shape_in_any_direction():
     rng = np.random.default_rng(3)
     larger, fewer = [], []
@@ -76,6 +77,7 @@ def test_of_many_points_none_is_left_out(form, count):
     assert shape.ball < 2 * ROUNDING * size
 
 
+@pytest.mark.slow
 def test_a_point_that_stands_out_alone_is_held_wherever_it_comes_among_the_others():
     rng = np.random.default_rng(5)
     for _ in range(80):
