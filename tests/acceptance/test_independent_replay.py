@@ -26,6 +26,7 @@ from cell.job.table_winding import for_moving_table
 from cell.verdict.by_table_mode import check
 
 
+@pytest.mark.slow
 def test_the_bystander_sees_what_is_wrong(make_case) -> None:
     case = load_case(make_case(slicing={"h_layer_mm": 2.2}))
     result = check(prepare(case))
@@ -41,6 +42,7 @@ def test_the_bystander_sees_what_is_wrong(make_case) -> None:
     assert "deposit/" in "".join(Bystander(result).problems())
 
 
+@pytest.mark.slow
 def test_the_bystander_sees_a_wire_that_is_dragged_and_an_arm_that_races(make_case) -> None:
     case = load_case(make_case(slicing={"h_layer_mm": 2.2}, process={"retract_mm": 3.5}))
     result = check(prepare(case))

@@ -50,6 +50,7 @@ def test_a_bad_motion_is_found_bad_as_its_file(little: cell.Result, tmp_path: Pa
     assert said(found) == said(through_a_file(tmp_path, little.job, off))
 
 
+@pytest.mark.slow
 def test_a_motion_brings_its_order_of_layers(three: cell.Result, tmp_path: Path) -> None:
     assert three.motion is not None
     free = cell.prepare(three_case(tmp_path))  # gives neither poses nor an order

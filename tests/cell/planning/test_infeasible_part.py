@@ -243,6 +243,7 @@ def without_holding(context: Context) -> Context:
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
 def test_targets_that_are_free_nowhere_are_those_without_a_free_roll(job_with, fixture):
     job = job_with(fixture)

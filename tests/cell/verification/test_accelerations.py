@@ -77,6 +77,7 @@ def test_an_even_beat_is_not_rounded(good: Result, tmp_path: Path) -> None:
     assert read_motion(path, good.job).grain[0] == 0.0
 
 
+@pytest.mark.slow
 def test_lengths_worked_out_of_rounded_angles_are_no_spikes(tmp_path: Path) -> None:
     # rows 0.05 mm apart on which A6 turns 1.2 deg: the sixth decimal of the angles is 0.05 % of their distance
     assert own_motion(random_job(np.random.default_rng((5000, 0)), tmp_path)) == []

@@ -166,6 +166,7 @@ def test_a_grooved_disc_that_stands_out_farther_than_it_is_long_is_one_ring():
     assert len(parts.sub_volumes) == 2
 
 
+@pytest.mark.slow
 def test_blades_on_a_curved_hub_are_apart():
     """A hub whose outline ends flat: the last of it is too flat for a cone."""
     angles = np.linspace(0, math.pi / 2, 33)[1:]

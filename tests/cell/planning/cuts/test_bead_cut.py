@@ -78,6 +78,7 @@ def test_beads_below_a_wall_that_stops_the_arm_are_cut(walled, above_mm):
         assert cut is None or first <= cut.first < cut.stop - 1 < stop
 
 
+@pytest.mark.slow
 def test_a_search_in_full_finds_no_way_where_a_bead_is_cut(walled, cuts_unknown):
     context = context_of(walled(LOW_MM))
     cut = find_cut(context, *BEADS[-1])

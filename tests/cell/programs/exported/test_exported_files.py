@@ -82,6 +82,7 @@ def test_what_the_case_reads_is_not_replaced(tmp_path: Path) -> None:
         made.write(stl)
 
 
+@pytest.mark.slow
 def test_a_program_of_layers_in_another_order_needs_no_other_job(tmp_path: Path) -> None:
     result = cell.check(cell.prepare(backwards(tmp_path)))
     assert result.motion is not None

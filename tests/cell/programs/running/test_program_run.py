@@ -209,6 +209,7 @@ def moving(boss, turn: np.ndarray):
     return replace(motion, q=q, table=table)
 
 
+@pytest.mark.slow
 def test_a_table_that_moves_along_a_bead_goes_there_and_back(tmp_path: Path) -> None:
     boss = boss_program()
     # home, where all stands still, is left out: from the first row off it on the table turns by 6 and 10 degrees
