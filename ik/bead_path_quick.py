@@ -108,13 +108,11 @@ def prices(chain: Chain, q: Floats, rolls: Floats, bounds: Bounds, shifts: Ints,
         price, stop = out[first : first + at_a_time], min(first + at_a_time, len(out))
         price[:] = 0.0
         needed, furthest = np.zeros_like(price), np.zeros_like(price)
-        move, whole = np.empty_like(price), np.empty_like(price)
+        move = np.empty_like(price)
         for j in range(len(q)):
             np.subtract(q[j, first + 1 : stop + 1, :, None], q[j, first:stop].take(source, axis=2), out=move)
             if turning[j]:
-                np.divide(np.add(move, np.pi, out=whole), TURN, out=whole)
-                np.floor(whole, out=whole)
-                move -= np.multiply(whole, TURN, out=whole)
+                move[:] = wrap(move)
             np.abs(move, out=move)
             np.maximum(furthest, move, out=furthest)
             move /= bounds.speed[j]
