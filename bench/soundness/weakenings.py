@@ -370,6 +370,7 @@ MUTANTS = (
     Mutant("cell/planning/collision_free_rolls.py", "outside | (turn < rolls[b] - rolls[a])", "outside | (turn < 0.2 * (rolls[b] - rolls[a]))", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
     Mutant("cell/planning/collision_free_rolls.py", "known.held[:-1] + known.held[1:] < np.diff(known.roll)", "known.held[:-1] + known.held[1:] < 0.2 * np.diff(known.roll)", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
     Mutant("cell/planning/collision_free_rolls.py", "< MOST_DETOUR * context.screen", "< 0.1 * MOST_DETOUR * context.screen", ("cell/planning/test_ways_found.py", "cell/planning/test_infeasible_part.py", "cell/planning/test_collision_free_rolls.py")),
+    Mutant("cell/planning/unreachable.py", "known[block][every[here] - first]", "known[block][every[here] - every[0]]", ("cell/planning/test_unreachable.py",)),
     Mutant("cell/planning/infeasible_part.py", "rest = frozenset(range(first, stop)) - target_failures.keys()", "rest = frozenset[int]()", ("cell/planning/test_infeasible_part.py",)),
     Mutant("cell/planning/part_plan.py", "if not postponed or any(run.lost for run in found):", "if True:", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/part_plan.py", "full_searches=searches, lost=lost)", "full_searches=searches)", ("cell/planning/test_part_plan.py",)),

@@ -29,7 +29,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ik.chain import Floats
-from ik.reachability_proof import certify
 
 from ..arrays import Ints
 from .bead_outcome import BeadPlan, TargetFailure
@@ -40,6 +39,7 @@ from .context import FINER_ROLLS, Context
 from .cuts.bead_cut import cut_bead, may_be_cut
 from .edges.edge_check import SearchedBead
 from .station_search import HIT, Ends, StationSearch
+from .unreachable import unreachable
 
 FLOOR, SMALL = 20_000, 600  # configurations asked about what cannot be welded, of parts of so many targets at most
 LARGE_FLOOR = 100  # of all others
@@ -51,7 +51,6 @@ LOOKED_AT = 3  # last beads of a part, or of those postponed, of which some may 
 LOOKED_AT_CLOSELY = 2  # of these, before any bead is searched in full
 FEW, TOGETHER, HELD_TOGETHER = 4, 48, 384  # targets judged in one go: at least, and at most with a free and a held roll
 TRAVEL_WORK = 4000  # configurations that a way round is searched with, about
-BLOCK = 256  # targets evaluated together
 
 
 @dataclass(frozen=True)
@@ -148,6 +147,11 @@ class InfeasiblePartJudge:
         """Count what has been asked since the context's counter stood at ``before`` without a result."""
         self.spend(before)
         self.lost = True
+
+    def knows_lost(self, bead: BeadPlan) -> None:
+        """Take it that a bead still to come is lost, and of one without a lost target that others are like it."""
+        self.lost = True
+        self._pass_next = 0 if bead.target_failures else 1
 
     def spend(self, before: float) -> None:
         """Count what has been asked since the context's counter stood at ``before``."""
@@ -317,25 +321,6 @@ def lost_bead(first: int, stop: int, target_failures: dict[int, TargetFailure]) 
     """A bead of which some targets are lost and nothing else was checked."""
     rest = frozenset(range(first, stop)) - target_failures.keys()
     return BeadPlan(first, stop, (), {}, dict(sorted(target_failures.items())), rest)
-
-
-def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFailure]:
-    """Targets that no configuration reaches inside limits and margins at any allowed roll, proved, with why."""
-    solver, every = context.solver, np.array(list(targets), dtype=np.int64)
-    if solver.form is None:
-        return {}
-    Ts = context.placed.rows(every).Ts_base_target
-    bad = every[certify(solver.chain, Ts, context.window, context.limits, solver.form).unreachable]
-    out: dict[int, TargetFailure] = {}
-    for k in range(0, len(bad), BLOCK):
-        some = bad[k : k + BLOCK]
-        nodes = nodes_at_rolls(
-            solver, context.placed.rows(some), context.window, context.settings.roll_step, context.limits
-        )
-        for n, i in enumerate(some.tolist()):
-            failure, attempt = nodes.why_not(n)
-            out[i] = TargetFailure(replace(failure, proved=True), attempt)
-    return out
 
 
 def lost_alone(context: Context, targets: Sequence[int]) -> dict[int, TargetFailure]:

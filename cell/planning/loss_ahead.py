@@ -29,9 +29,9 @@ from .infeasible_part import (
     lost_alone,
     lost_bead,
     most_hit,
-    unreachable,
 )
 from .station_search import Ends, StationSearch
+from .unreachable import unreachable
 
 MOST_TARGETS = 300  # of a bead that is looked at: the quick search of one of more is no small matter
 Beads = tuple[tuple[int, int], ...]  # the first target of each, and one past its last

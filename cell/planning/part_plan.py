@@ -283,7 +283,8 @@ class _RunSearch:
         if self.loss_ahead is None:
             self.loss_ahead = loss_ahead(self.context, tuple(some for some in self.run.last if some[0] > first))
             if self.loss_ahead.lost is not None:
-                self.judge.lost, self.ahead.most_misses = True, 1  # what is like that bead is not found so either
+                self.judge.knows_lost(self.loss_ahead.lost)
+                self.ahead.most_misses = 1  # what is like that bead is not found so either
         return self.loss_ahead.lost is not None
 
 

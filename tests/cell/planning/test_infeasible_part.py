@@ -20,8 +20,9 @@ from cell.planning.bead_outcome import BeadPlan
 from cell.planning.collision_free_rolls import checked_rolls, collision_free_rolls, free_nowhere
 from cell.planning.context import Context
 from cell.planning.edges.edge_check import SearchedBead
-from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone, unreachable
+from cell.planning.infeasible_part import InfeasiblePartJudge, lost_alone
 from cell.planning.station_search import HIT, Ends, StationSearch
+from cell.planning.unreachable import unreachable
 from cell.scene.scene import table_angles
 from cell.verdict.check import check_fixed
 from cell.verdict.result import NOT_LOOKED_AT, Result

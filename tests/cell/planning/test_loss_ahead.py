@@ -217,6 +217,15 @@ def test_of_a_large_part_that_is_lost_beads_are_passed_over_more_and_more(job, m
         judge.plan(first, stop, None, lambda _: pytest.fail("searched in full"))
     assert len(searched) <= len(beads)
     assert judge._pass_next == 0
+    searched.clear()
+    monkeypatch.setattr(InfeasiblePartJudge, "_judged", lambda *_: {})
+    judge = judge_of()
+    judge.knows_lost(BeadPlan(40, 44, (), {41: failure.failure}, {}, frozenset([42])))  # cut: as if it was the first
+    for first, stop in beads:
+        judge.plan(first, stop, None, lambda _: pytest.fail("searched in full"))
+    assert searched == [4, 16, 36]
+    judge.knows_lost(BeadPlan(40, 44, (), {}, {41: failure}, frozenset([42])))
+    assert judge._pass_next == 0
 
 
 def test_of_beads_that_are_found_at_once_nothing_else_is_looked_at(job, monkeypatch):
