@@ -11,6 +11,7 @@ from .beads.overhang import Overhang as Overhang
 from .beads.overhang import overhangs as overhangs
 from .beads.overhang import worst_angle as worst_angle
 from .decomposition.body_hint import BodyHint as BodyHint
+from .decomposition.cut import solid_of as solid_of
 from .decomposition.decompose import decompose as decompose
 from .decomposition.evidence_warnings import Evidence as Evidence
 from .decomposition.evidence_warnings import frame_line as frame_line
@@ -125,6 +126,7 @@ __all__ = [
     "slice_sub_volume",
     "slices_document",
     "solid_from_arrays",
+    "solid_of",
     "solid_of_revolution",
     "targets_rows",
     "toolpath_shape",

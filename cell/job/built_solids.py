@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
-from manifold3d import Error, Manifold, Mesh64, OpType
+from manifold3d import Manifold, OpType
 
 from ik.chain import Floats
-from slicing import Mesh, PartError, convex_hull
+from slicing import Mesh, convex_hull, solid_of
 
 from ..mjcf.convex_pieces import CORNERS
 
@@ -45,10 +45,7 @@ def rest_of_built(built: Sequence[Mesh], hulls: Mapping[str, Floats]) -> dict[st
 
 def _left(solid: Mesh, hulls: Iterable[Floats]) -> Manifold:
     """A solid without convex pieces."""
-    vertices, faces = np.ascontiguousarray(solid.vertices), np.ascontiguousarray(solid.faces, dtype=np.uint64)
-    all_of_it = Manifold(Mesh64(vertices, faces))
-    if all_of_it.status() != Error.NoError:
-        raise PartError(f"{solid.name}: the mesh does not bound a solid (manifold3d: {all_of_it.status().name})")
+    all_of_it: Manifold = solid_of(solid.vertices, solid.faces, solid.name)
     return all_of_it - Manifold.batch_boolean([Manifold.hull_points(points) for points in hulls], OpType.Add)
 
 

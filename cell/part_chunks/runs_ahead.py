@@ -21,14 +21,21 @@ from ..planning.bead_outcome import BeadPlan
 from ..planning.bead_plan import reduced_budget
 from ..planning.bead_runs import PartPlan, PlannedRun
 from ..planning.edges.edge_check import Stretch
-from ..planning.travels.home import FoundHomeTravels, HomeTravels, search_home_travels
+from ..planning.travels.home import (
+    FoundHomeTravel,
+    FoundHomeTravels,
+    HomeTravels,
+    search_from_home,
+    search_to_home,
+)
+from ..planning.travels.travel import TravelPath
 from ..processes.work_round import Task
 from ..processes.worker import Tick
 from .chunk_run import ChunkRun, run_chunk
 from .chunking import Shared
 from .joins import JoinedBead, join_to, turns_between
 
-HOME = "home"
+FROM_HOME, TO_HOME = "from home", "to home"
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +81,7 @@ class RunsAhead:
         """
         span = shared.context.span
         self._goes_home = span.start is not None or span.end is not None
-        self._ends: tuple[BeadPlan, BeadPlan] | None = None  # of the part, once ways home are searched
-        self._home: FoundHomeTravels | None = None
+        self._home: dict[str, FoundHomeTravel | None] = {}  # ways that are searched; None until one has come
         self._chunks: dict[int, _PlannedChunk] = {}  # that are run
         self._found: dict[int, _Ahead] = {}
 
@@ -91,31 +97,34 @@ class RunsAhead:
         """
         if not all(one is None or _holds(one) for one in planned):
             return None
-        first, last, n = planned[0], planned[-1], len(planned)
-        if self._goes_home and self._ends is None and first is not None and last is not None:
-            self._ends = first.plan.beads[0], last.plan.beads[-1]
-            return Task(HOME, _searched_home, self._ends, (0, n - 1))
+        n = len(planned)
+        ends = {FROM_HOME: (0, _searched_from_home), TO_HOME: (n - 1, _searched_to_home)} if self._goes_home else {}
+        for way, (k, search) in ends.items():
+            one = planned[k]
+            if one is not None and way not in self._home:
+                self._home[way] = None
+                return Task(way, search, one.plan.beads[0 if way == FROM_HOME else -1], (k,))
         found = {k: self._chunk(k, planned) for k in range(n) if k not in self._chunks}
         known = {k: chunk for k, chunk in found.items() if chunk is not None}
         if not known:
             return None
         k = max(known) if here else min(known)
         self._chunks[k] = known[k]
-        at_end = [HOME] if self._goes_home and k in (0, n - 1) else []
+        at_end = [way for way, (end, _) in ends.items() if end == k]
         return Task(("run", k), _run_ahead, known[k], (*range(max(k - 1, 0), k + 1), *at_end))
 
     def done(self, task: Task, result: object) -> None:
         """Take what came of such a task."""
-        if isinstance(result, FoundHomeTravels):
-            first, last = task.item
-            self._home = replace(result, first=first, last=last)  # these themselves, not copies that were sent
+        if isinstance(result, FoundHomeTravel) and isinstance(task.key, str):
+            self._home[task.key] = replace(result, bead=task.item)  # this itself, not a copy that was sent
         elif isinstance(result, _Ahead) and isinstance(task.key, tuple):
             self._found[task.key[1]] = result
 
     @property
     def home(self) -> FoundHomeTravels | None:
-        """The travels from home and back, if they were searched."""
-        return self._home
+        """The travels from home and back, if both were searched."""
+        out, back = self._home.get(FROM_HOME), self._home.get(TO_HOME)
+        return None if out is None or back is None else FoundHomeTravels(out, back)
 
     def join_of(self, k: int, before: Stretch, bead: BeadPlan) -> JoinedBead | None:
         """How the first bead of a chunk follows on what was welded before; None where that is not known.
@@ -152,13 +161,16 @@ class RunsAhead:
             last = before.plan.stretches[-1]
             if turns_between(last, mine.plan).any():
                 return None
-        ways = HomeTravels(None, None) if self._goes_home else None
-        if self._goes_home and k in (0, len(planned) - 1):
-            found = self._home
-            if found is None or isinstance(found.out, Failure) or isinstance(found.back, Failure):
-                return None
-            ways = HomeTravels(found.out if k == 0 else None, found.back if k == len(planned) - 1 else None)
-        return _PlannedChunk(last, mine.plan, ways)
+        if not self._goes_home:
+            return _PlannedChunk(last, mine.plan, None)
+        paths: dict[str, TravelPath | None] = {FROM_HOME: None, TO_HOME: None}
+        for way, end in zip(paths, (0, len(planned) - 1), strict=True):
+            if end == k:
+                found = self._home.get(way)
+                if found is None or isinstance(found.way, Failure):
+                    return None
+                paths[way] = found.way
+        return _PlannedChunk(last, mine.plan, HomeTravels(*paths.values()))
 
 
 def _holds(one: PlannedRun) -> bool:
@@ -184,8 +196,12 @@ def _are_same(some: Sequence[object], others: Sequence[object]) -> bool:
     return len(some) == len(others) and all(a is b for a, b in zip(some, others, strict=True))
 
 
-def _searched_home(shared: Shared, ends: tuple[BeadPlan, BeadPlan], _: Tick) -> FoundHomeTravels:
-    return search_home_travels(shared.context, *ends)
+def _searched_from_home(shared: Shared, first: BeadPlan, _: Tick) -> FoundHomeTravel:
+    return search_from_home(shared.context, first)
+
+
+def _searched_to_home(shared: Shared, last: BeadPlan, _: Tick) -> FoundHomeTravel:
+    return search_to_home(shared.context, last)
 
 
 def _run_ahead(shared: Shared, chunk: _PlannedChunk, _: Tick) -> _Ahead:

@@ -54,22 +54,63 @@ class SpanEnds:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundHomeTravels:
-    """What the search of both ways has found, for beads as they were planned.
+class FoundHomeTravel:
+    """What the search of one way has found, for a bead as it was planned.
 
     Attributes:
-        first: the bead that the one leads to.
-        last: the bead that the other comes from.
-        at_home: what the arm is too near to at home, before and after, if anything.
-        out: the way from home, or why there is none; None where none is asked for.
-        back: the way back, likewise.
+        bead: that the way leads to, or comes from.
+        at_home: what the arm is too near to at home, if anything.
+        way: the way, or why there is none; None where none is asked for.
     """
 
-    first: BeadPlan
-    last: BeadPlan
-    at_home: tuple[Failure | None, Failure | None]
-    out: TravelPath | Failure | None
-    back: TravelPath | Failure | None
+    bead: BeadPlan
+    at_home: Failure | None
+    way: TravelPath | Failure | None
+
+
+@dataclass(frozen=True, eq=False)
+class FoundHomeTravels:
+    """What the search of both ways has found.
+
+    Attributes:
+        out: from home to the first bead.
+        back: from the last one home.
+    """
+
+    out: FoundHomeTravel
+    back: FoundHomeTravel
+
+
+def search_from_home(context: Context, first: BeadPlan, known: TravelPath | None = None) -> FoundHomeTravel:
+    """Search the way from home to a bead.
+
+    Args:
+        context: what the bead was planned with.
+        first: the first of its span.
+        known: a way that counts where it leads to where the bead begins.
+    """
+    start = context.span.start
+    at_home = _home_itself(context, start, context.begun, first.first)
+    way: TravelPath | Failure | None = at_home
+    if way is None and first.whole and start is not None:
+        way = _leads(known, -1, first.stretches[0], 0) or _way(context, None, first.stretches[0])
+    return FoundHomeTravel(first, at_home, way)
+
+
+def search_to_home(context: Context, last: BeadPlan, known: TravelPath | None = None) -> FoundHomeTravel:
+    """Search the way from a bead back home.
+
+    Args:
+        context: what the bead was planned with.
+        last: the last of its span.
+        known: a way that counts where it comes from where the bead ends.
+    """
+    end = context.span.end
+    at_home = _home_itself(context, end, int(context.laid[last.stop - 1]), last.stop - 1)
+    way: TravelPath | Failure | None = at_home
+    if way is None and last.whole and end is not None:
+        way = _leads(known, 0, last.stretches[0], -1) or _way(context, last.stretches[0], None)
+    return FoundHomeTravel(last, at_home, way)
 
 
 def search_home_travels(
@@ -78,24 +119,8 @@ def search_home_travels(
     last: BeadPlan,
     known: HomePaths = (None, None),
 ) -> FoundHomeTravels:
-    """Search the ways from home to a bead and from a bead back.
-
-    Args:
-        context: what the beads were planned with.
-        first: the first of its span.
-        last: the last.
-        known: ways that count where they lead to where the first bead begins, and from where the last one ends.
-    """
-    start, end = context.span.start, context.span.end
-    laid = int(context.laid[last.stop - 1])
-    at_home = _home_itself(context, start, context.begun, first.first), _home_itself(context, end, laid, last.stop - 1)
-    out: TravelPath | Failure | None = at_home[0]
-    back: TravelPath | Failure | None = at_home[1]
-    if out is None and first.whole and start is not None:
-        out = _leads(known[0], -1, first.stretches[0], 0) or _way(context, None, first.stretches[0])
-    if back is None and last.whole and end is not None:
-        back = _leads(known[1], 0, last.stretches[0], -1) or _way(context, last.stretches[0], None)
-    return FoundHomeTravels(first, last, at_home, out, back)
+    """Search both ways; see :func:`search_from_home` and :func:`search_to_home`."""
+    return FoundHomeTravels(search_from_home(context, first, known[0]), search_to_home(context, last, known[1]))
 
 
 def _home_itself(context: Context, home: Floats | None, deposits_laid: int, target: int) -> Failure | None:
@@ -139,7 +164,7 @@ def with_home(
     if not plan.whole:
         few = max(context.settings.travel_attempts // REDUCED, 1)
         context = replace(context, settings=replace(context.settings, travel_attempts=few))
-    elif known is not None and known.first is first and known.last is last:
+    elif known is not None and known.out.bead is first and known.back.bead is last:
         return _Home(context, plan, known).planned()
     return _Home(context, plan, search_home_travels(context, first, last, plan.home)).planned()
 
@@ -154,12 +179,12 @@ class _Home:
 
     def planned(self) -> tuple[PartPlan, HomeTravels | None]:
         first, last = self.beads[0], self.beads[-1]
-        failed_at_home, out, back = self.found.at_home, self.found.out, self.found.back
-        if self.whole and isinstance(out, Failure) and not failed_at_home[0]:
+        out, back = self.found.out.way, self.found.back.way
+        if self.whole and isinstance(out, Failure) and not self.found.out.at_home:
             joined = self._otherwise(0)
             out = out if joined is None else joined[0]
             back = joined[1] if joined is not None and len(self.beads) == 1 else back
-        if self.whole and isinstance(back, Failure) and not failed_at_home[1]:
+        if self.whole and isinstance(back, Failure) and not self.found.back.at_home:
             joined = self._otherwise(len(self.beads) - 1)
             back = back if joined is None else joined[1]
             out = joined[0] if joined is not None and len(self.beads) == 1 else out

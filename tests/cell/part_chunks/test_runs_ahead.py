@@ -101,7 +101,7 @@ def test_what_is_run_ahead_is_what_is_found_in_turn(
     monkeypatch.setattr("cell.part_chunks.chunked_run.run_chunk", lambda *given: in_turn.append(given))
     assert mark(found_in(job, FEW)) == here
     # each once, and nothing again
-    assert sorted(map(str, aside)) == [*(f"('run', {k})" for k in range(4)), "home"]
+    assert sorted(map(str, aside)) == [*(f"('run', {k})" for k in range(4)), "from home", "to home"]
     assert not in_turn
 
 
@@ -153,7 +153,7 @@ def runs_of(ahead: RunsAhead, planned: Sequence[PlannedRun]) -> list[RunBeads]:
             join = ahead.join_of(k, last, one.plan.beads[0])
             assert join is not None
             ways, before = (join.way, *ways), (last.first, last.stop - 1)  # type: ignore[assignment]
-        home = HomeTravels(ahead.home.out if k == 0 else None, ahead.home.back if k == 3 else None)  # type: ignore[arg-type]
+        home = HomeTravels(ahead.home.out.way if k == 0 else None, ahead.home.back.way if k == 3 else None)  # type: ignore[arg-type]
         out.append(RunBeads(tuple(one.plan.stretches), ways, before, home))
     return out
 
@@ -195,24 +195,29 @@ def test_a_chunk_waits_for_what_it_is_made_from(shared: Shared, planned: list[Pl
         return out
 
     a, b, c, d = planned
+    out, back = ("from home", (0,)), ("to home", (3,))
     assert keys([None, None, None, None]) == []
-    assert keys([a, None, c, None]) == []
-    assert keys([a, b, None, None]) == [(("run", 1), (0, 1))]
     # those at the ends wait for the ways home, which are not given here
-    assert keys([a, None, None, d]) == [("home", (0, 3))]
-    assert keys([a, b, c, d]) == [("home", (0, 3)), (("run", 1), (0, 1)), (("run", 2), (1, 2))]
-    found = RunsAhead(shared)
-    task = found.next_task([a, None, None, d], here=True)
-    assert task is not None
-    found.done(task, task.function(shared, task.item, int))
-    first = found.next_task([a, None, None, d], here=True)
-    assert first is not None
-    assert (first.key, first.after) == (("run", 0), (0, "home"))
+    assert keys([a, None, c, None]) == [out]
+    assert keys([None, b, None, d]) == [back]
+    assert keys([a, b, None, None]) == [out, (("run", 1), (0, 1))]
+    assert keys([a, None, c, d]) == [out, back]
+    assert keys([a, b, c, d]) == [out, back, (("run", 1), (0, 1)), (("run", 2), (1, 2))]
+    for some, k, way in (([a, None, None, None], 0, "from home"), ([None, None, c, d], 3, "to home")):
+        found = RunsAhead(shared)
+        task = found.next_task(some, here=True)
+        assert task is not None
+        assert task.key == way
+        found.done(task, task.function(shared, task.item, int))
+        assert found.home is None  # until both are known
+        end = found.next_task(some, here=True)
+        assert end is not None
+        assert (end.key, end.after) == (("run", k), (*range(max(k - 1, 0), k + 1), way))
     # this process begins with the last, others with the first
     for here, k in ((True, 2), (False, 1)):
-        one = RunsAhead(shared).next_task([a, b, c, None], here=here)
-        assert one is not None
-        assert one.key == ("run", k)
+        ahead = RunsAhead(shared)
+        tasks = [ahead.next_task([a, b, c, None], here=here) for _ in range(2)]
+        assert [None if task is None else task.key for task in tasks] == ["from home", ("run", k)]
 
 
 def test_nothing_is_done_once_something_is_lost_postponed_or_turned(shared: Shared, planned: list[PlannedRun]) -> None:
@@ -229,5 +234,7 @@ def test_nothing_is_done_once_something_is_lost_postponed_or_turned(shared: Shar
     first, *rest = b.plan.beads
     stretch = replace(first.stretches[0], q_targets=first.stretches[0].q_targets + turn)
     turned = replace(b, plan=replace(b.plan, beads=(replace(first, stretches=(stretch,)), *rest)))
-    assert RunsAhead(shared).next_task([a, turned, None, None], here=True) is None
-    assert RunsAhead(shared).next_task([a, b, None, None], here=True) is not None
+    for second, key in ((turned, None), (b, ("run", 1))):
+        ahead = RunsAhead(shared)
+        tasks = [ahead.next_task([a, second, None, None], here=True) for _ in range(2)]
+        assert [task and task.key for task in tasks] == ["from home", key]

@@ -66,7 +66,7 @@ def test_ways_found_beside_the_travels_are_those_that_are_searched_by_themselves
     plan = plan_part(context, job.targets.bead)
     assert all(path is not None for path in plan.home)
     found = home_module.search_home_travels(context, plan.beads[0], plan.beads[-1])
-    for known, path in zip(plan.home, (found.out, found.back), strict=True):
+    for known, path in zip(plan.home, (found.out.way, found.back.way), strict=True):
         assert isinstance(path, TravelPath)
         assert known is not None
         np.testing.assert_array_equal(known.q, path.q)
