@@ -219,7 +219,7 @@ def test_a_home_shut_off_from_the_part_has_no_path(folder: Path) -> None:
         assert in_words(result.rows[i]).startswith(way)
 
 
-@pytest.mark.parametrize("shut", ["out", "back"])
+@pytest.mark.parametrize("shut", ["out", pytest.param("back", marks=pytest.mark.slow)])
 def test_a_bead_begins_or_ends_elsewhere_where_home_is_else_not_reached(
     shut: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -256,7 +256,7 @@ def only_bead(job: Job) -> Job:
     return replace(job, targets=replace(t, closed=t.closed[:1], **some), beads=())
 
 
-@pytest.mark.parametrize("shut", ["out", "back"])
+@pytest.mark.parametrize("shut", [pytest.param("out", marks=pytest.mark.slow), "back"])
 def test_an_only_bead_that_is_begun_or_ended_elsewhere_gets_both_ways_anew(
     shut: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
