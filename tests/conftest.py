@@ -21,9 +21,12 @@ if TYPE_CHECKING:
 
 pytest_plugins = ["pytester"]
 
+gc.disable()  # until all is collected, see below
+
 
 def pytest_collection_finish() -> None:
     """What is imported and collected stays to the end: looking through it for garbage again and again takes time."""
+    gc.enable()
     gc.collect()
     gc.freeze()
 
