@@ -22,8 +22,8 @@ from ..planning.bead_plan import reduced_budget
 from ..planning.bead_runs import PartPlan, PlannedRun
 from ..planning.edges.edge_check import Stretch
 from ..planning.travels.home import (
-    FoundHomeWay,
     FoundHomeTravels,
+    FoundHomeWay,
     HomeTravels,
     search_from_home,
     search_to_home,
