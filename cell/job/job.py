@@ -36,6 +36,7 @@ from slicing import (
     beyond_borders,
     body_ends,
     lay_beads,
+    overhangs,
     sample_beads,
     slice_sub_volume,
     toolpath_shape,
@@ -59,7 +60,7 @@ from .built_solids import rest_of_built
 from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_runs, check_table
 from .table_winding import for_moving_table
-from .wire_in_metal import wires_in_metal
+from .wire_in_metal import Metal, wires_in_metal
 
 if TYPE_CHECKING:
     from slicing import Evidence
@@ -187,12 +188,21 @@ class Job:
         Of layers that are sliced here the beads lie beside one another. Another slicer's may lie anyhow: once a layer
         has a bead, all of it counts.
         """
-        return self.laid - 1 if self.case.part.toolpath is None else self.deposits_before
+        return self.laid - 1 if self.sliced else self.deposits_before
+
+    @property
+    def layers_lie_below(self) -> bool:
+        """Whether a sub-volume's lower layers lie below all of its beads, so that no wire of it runs through them.
+
+        Another slicer's layers may lie anyhow, and offsets of a profile with a groove face one another.
+        """
+        return bool(self.sliced) and all(one.parameters.strategy != "revolved" for one in self.sliced)
 
     @cached_property
     def wires_in_metal(self) -> dict[int, Failure]:
         """Targets at which the wire would run through metal between nozzle and bead, wherever the table stands."""
-        return wires_in_metal(self.scene, self.shape, self.targets, self.laid_beside_the_wire, self.laid - 1)
+        metal = Metal.of(self.case, self.shape, self.targets, self.layers_lie_below)
+        return wires_in_metal(self.scene, metal, self.targets, self.laid_beside_the_wire, self.laid - 1)
 
 
 def margin_warnings(solver: Solver) -> tuple[Warning, ...]:
@@ -344,7 +354,7 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     Args:
         case: the case.
         toolpath: beads (`slicing.lay`, `slicing.read_toolpath`) that replace the case's sub-volumes; only the body of
-            the case's part is used then.
+            the case's part is used then, and the sub-volumes of part.built, which are there from the start.
 
     Returns:
         The job.
@@ -361,7 +371,9 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
         built, said = _built(case, part), path.warnings
     else:
         _require_right_layers(case, path.sliced)
-        part, built = read_body(case, path.z_mm), []
+        path = _with_overhang_limit(case, path)
+        part = read_body(case, path.z_mm, path.targets.sub_volume)
+        built = _built(case, part)
         said = (*part.warnings, *path.warnings)
     if len(path.targets) == 0:
         raise InputError(
@@ -400,6 +412,14 @@ def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
 
 
 @phase("reading the toolpath")
+def _with_overhang_limit(case: Case, path: Toolpath) -> Toolpath:
+    """A toolpath of layers sliced here whose overhangs are those beyond the case's limit, where it sets one."""
+    limit = case.checks.overhang_mm
+    if limit is None:
+        return path
+    return replace(path, laid=tuple(replace(one, overhangs=overhangs(one.sliced, limit)) for one in path.laid))
+
+
 def _read_path(case: Case) -> Toolpath:
     """A case's toolpath of another slicer."""
     from slicing import read_toolpath
