@@ -37,6 +37,7 @@ EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
+SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
 ENDLESS = "cell/programs/running/test_endless_axes.py"
@@ -281,6 +282,12 @@ MUTANTS = (
     Mutant("cell/job/job.py", "return self.laid - 1 if self.sliced else self.deposits_before", "return self.laid - 1", (THEIRS,)),
     Mutant("cell/job/job.py", "return bool(self.sliced) and all(", "return all(", (THEIRS,)),
     Mutant("cell/job/job.py", "replace(one, overhangs=overhangs(one.sliced, limit))", "one", (THEIRS,)),
+    # another slicer's beads over nothing
+    Mutant("cell/job/job.py", "if not path.laid:\n        job = _with", "if False:\n        job = _with", (SUPPORTED,)),
+    Mutant("cell/job/bead_support.py", "DOWN = 0.5 ", "DOWN = 1.0 ", (SUPPORTED,)),
+    Mutant("cell/job/bead_support.py", "laid = np.where(off == 0.0, places.bead, self.first_of_layer[places.bead])", "laid = places.bead + 1", (SUPPORTED,)),
+    Mutant("cell/job/bead_support.py", "below.at(places, -allowed) & below.at(places, allowed)", "below.at(places, 0.0)", (SUPPORTED,)),
+    Mutant("cell/job/overhang_check.py", "for bead in job.overhanging_beads:", "for bead in ():", (SUPPORTED,)),
     Mutant("cell/job/part_input.py", "return replace(found, meshes=(), bodies=(), built=there, warnings=warnings)", "return replace(found, meshes=(), bodies=(), warnings=warnings)", (THEIRS,)),
     Mutant("cell/verification/collisions.py", "step, nearest = unproven_steps(checker, radius, q, laid, clear, run)", "step, nearest = unproven_steps(checker, radius, q[:1], laid[:1], clear.rows(np.arange(1)), run[:1])", ("cell/verification/test_wire_between_samples.py",)),
     Mutant("cell/table_poses/table_turn.py", "self.table_radius, table, deposits_laid, 0.0)", "self.table_radius, table, deposits_laid, -1.0)", ("cell/table_poses/test_table_turn.py",)),

@@ -54,6 +54,7 @@ from ..scene.drives import Drives, drives
 from ..scene.placement import place_targets
 from ..scene.scene import Scene, table_angles
 from ..units import METRES_PER_MM
+from .bead_support import BeadOverhang, bead_overhang_warnings, bead_thickness_warnings, unsupported_beads
 from .beside_body import pieces_beside
 from .build_order import BuildOrder, in_build_order, layers_of, ordered_shape
 from .built_solids import rest_of_built
@@ -94,6 +95,7 @@ class Job:
         evidence: how the body of a part in one mesh was found.
         order: the order of the layers, if it is not one sub-volume after the other; else None.
         given: the toolpath that it was prepared with instead of the case's own part.
+        overhanging_beads: of another slicer's beads those that overhang.
     """
 
     case: Case
@@ -107,6 +109,7 @@ class Job:
     evidence: Evidence | None = None
     order: BuildOrder | None = None
     given: Toolpath | None = None
+    overhanging_beads: tuple[BeadOverhang, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Job {self.case.title!r}: {sum(self.layers)} layers, {len(self.targets)} targets>"
@@ -397,8 +400,20 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     warnings = (*said, *scene.warnings, *split)
     job = Job(case, path.sliced, shape, targets, scene, warnings, path.laid, part.T_part_input, part.evidence, order)
     job = replace(job, warnings=(*job.warnings, *margin_warnings(job.solver)), given=toolpath)
+    if not path.laid:
+        job = _with_overhanging_beads(job, path)
     _ = job.drives  # computed here so that an error in them comes before any search
     return job
+
+
+@phase("what lies below the beads")
+def _with_overhanging_beads(job: Job, path: Toolpath) -> Job:
+    """A job of another slicer's beads with what of them lies over nothing, and warnings of it."""
+    limit = job.case.checks.overhang_mm
+    found = unsupported_beads(job.scene, path, job.targets, job.laid, limit)
+    thickness = bead_thickness_warnings(job.targets, job.case.slicing.h_min_mm, job.case.slicing.h_max_mm)
+    said = (*job.warnings, *thickness, *bead_overhang_warnings(found, limit))
+    return replace(job, overhanging_beads=found, warnings=said)
 
 
 def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
