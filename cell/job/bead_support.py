@@ -90,7 +90,8 @@ class _Places(NamedTuple):
     length: Floats
 
     def rows(self, index: Ints | Bools) -> _Places:
-        return _Places(*(column[index] for column in self))
+        bead, targets, *rest = self
+        return _Places(bead[index], targets[index], *(column[index] for column in rest))
 
 
 def unsupported_beads(
