@@ -38,6 +38,8 @@ class Bars:
         if not self._stream.isatty() or is_quiet():
             return
         if self._bar is not None and (what != self._what or done >= total):
+            if what == self._what:
+                self._bar.update(self._task, completed=total)  # so that the last that is seen is all of them
             self._bar.stop()
             self._bar = None
         if done >= total:

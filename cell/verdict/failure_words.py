@@ -81,7 +81,7 @@ def _overhang(failure: Failure) -> str:
     assert isinstance(failure.cause, OverhangArea)
     out = "with nothing below anywhere" if failure.measure is None else f"up to {failure.measure:.1f} mm"
     area = failure.cause.area_mm2
-    return f"{area:.1f} mm2 overhang what lies below, {out}, limit {failure.limit:g}"
+    return f"{area:.1f} mm2 overhang what lies below, {out}, limit {failure.limit:g} mm"
 
 
 def _deposition(failure: Failure) -> str:
