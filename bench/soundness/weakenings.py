@@ -11,6 +11,7 @@ BOUNDS, DETECTION, OWN = (
     "cell/mjcf/test_detection.py",
     "acceptance/test_own_motion.py",
 )
+AS_WRITTEN = "cell/scene/test_models_as_written.py"
 ROUNDINGS = "cell/collision/test_blend_proofs.py"
 SHEETS = "cell/collision/test_blend_sheets.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
@@ -67,6 +68,13 @@ class Mutant:
 
 MUTANTS = (
     # models of an integrator's own cell
+    Mutant("cell/scene/equipment.py", "if not np.array_equal(frame.scale, np.ones(3)):", "if False:", (AS_WRITTEN,)),
+    Mutant("cell/scene/equipment.py", '    _own_numerics(tool, "tool")\n', "", (AS_WRITTEN,)),
+    Mutant("cell/scene/workpiece.py", 'body.add_site(default=world.default, name="part"', 'body.add_site(name="part"', (AS_WRITTEN,)),
+    Mutant("cell/scene/workpiece.py", '        "default": world.default,\n        "name": fixture.name,', '        "name": fixture.name,', (AS_WRITTEN,)),
+    Mutant("cell/mjcf/held_joints.py", "c = element.compiler", "c = spec.compiler", (AS_WRITTEN,)),
+    Mutant("cell/mjcf/asset_files.py", "[-1] if spec.strippath else file", "[-1] if False else file", (AS_WRITTEN,)),
+    Mutant("cell/mjcf/fitted_shapes.py", 'made.meshname, made.fromto = "", np.full(6, np.nan)', "pass", ("cell/mjcf/test_fitted_shapes.py",)),
     Mutant("cell/scene/contacts.py", "apart >= 2 or not self._neighbours(outer, inner, self.weld_of_model)", "apart >= 2", ("cell/scene/test_two_joints_in_one_body.py",)),
     Mutant("cell/scene/equipment.py", "if len(child.worldbody.geoms) or own_origin:", "if len(child.worldbody.geoms):", ("cell/scene/test_compose.py",)),
     Mutant("cell/mjcf/wire_end.py", "if beside > max(BESIDE, *", "if beside > 10 * max(BESIDE, *", ("cell/mjcf/test_wire_end.py",)),

@@ -57,20 +57,22 @@ def add_part(assembly: CellAssembly, part: PartShape, together: int = MANY_PIECE
     pos, quat = assembly.table
     fixed = _table_body(assembly).add_body(name="workpiece", pos=pos, quat=quat)
     assembly.piece["workpiece"] = BodyOwner.SUPPORT
-    lift = 0.0 if case.support is None else _add_support(fixed, case.support)
+    lift = 0.0 if case.support is None else _add_support(world, fixed, case.support)
     place = np.array(case.part.position_mm) * METRES_PER_MM + (0.0, 0.0, lift)
     body = fixed.add_body(name="part", pos=place, quat=quaternion_about((0.0, 0.0, case.part.rotation_deg)))
     assembly.piece["part"] = BodyOwner.PART
-    body.add_site(name="part", size=(0.002, 0.002, 0.002), group=4)
+    # of the cell's own defaults: those of the table's body would count otherwise (childclass)
+    body.add_site(default=world.default, name="part", size=(0.002, 0.002, 0.002), group=4)
     _add_visuals(world, body, part)
     assembly.warnings += _filled_body(case, part)
     _add_hulls(assembly, body, part, together)
 
 
-def _add_support(body: mujoco.MjsBody, support: Support) -> float:
+def _add_support(world: mujoco.MjSpec, body: mujoco.MjsBody, support: Support) -> float:
     """The support that the part stands on: it is seen and it collides. Its height, m."""
     radius, height = support.radius_mm * METRES_PER_MM, support.height_mm * METRES_PER_MM
     shape = {
+        "default": world.default,
         "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
         "size": (radius, height / 2, 0),
         "pos": (0, 0, height / 2),
@@ -91,6 +93,7 @@ def _add_visuals(world: mujoco.MjSpec, body: mujoco.MjsBody, part: PartShape) ->
         )
         colour = COLOUR["body" if name == "body_visual" else "part"]
         body.add_geom(
+            default=world.default,
             name=name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=name,
@@ -112,6 +115,7 @@ def _add_hulls(assembly: CellAssembly, body: mujoco.MjsBody, part: PartShape, to
             assembly.piece[holder.name] = BodyOwner.PART
         world.add_mesh(name=name, uservert=(vertices * METRES_PER_MM).ravel())
         holder.add_geom(
+            default=world.default,
             name=name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=name,
@@ -169,6 +173,7 @@ def add_fixture(assembly: CellAssembly, fixture: Fixture) -> None:
     )
     assembly.piece[name] = BodyOwner.FIXTURE
     options = {
+        "default": world.default,
         "name": fixture.name,
         "rgba": COLOUR["fixture"],
         "group": 3,
