@@ -48,7 +48,7 @@ def reaches(model, data, g, T) -> np.ndarray:
     return far + WAYS @ place
 
 
-class RawModel:
+class ModelByItself:
     """A model from its own file, its held joints where key home or the case has them."""
 
     def __init__(self, path, joints, places: dict[str, float]) -> None:
@@ -79,9 +79,9 @@ def differences(path: Path, poses: int = 3) -> list[str]:
     """What of a case's cell is not as its models' files have it, at random angles of all axes."""
     scene = prepare(load_case(path)).scene
     case, rng = scene.case, np.random.default_rng(3)
-    arm = RawModel(case.path_of(case.robot.model), case.robot.joints, held(case.robot))
-    tool = RawModel(case.path_of(case.tool.model), (), held(case.tool))
-    table = RawModel(case.path_of(case.positioner.model), case.positioner.joints, held(case.positioner))
+    arm = ModelByItself(case.path_of(case.robot.model), case.robot.joints, held(case.robot))
+    tool = ModelByItself(case.path_of(case.tool.model), (), held(case.tool))
+    table = ModelByItself(case.path_of(case.positioner.model), case.positioner.joints, held(case.positioner))
     data, found = mujoco.MjData(scene.model), []
     T_arm = frame(case.robot.position_mm, case.robot.rotation_deg)
     T_table = frame(case.positioner.position_mm, case.positioner.rotation_deg)
@@ -120,7 +120,7 @@ def differences(path: Path, poses: int = 3) -> list[str]:
     return sorted(set(found))
 
 
-def _solids(scene: Scene, data, piece: BodyOwner, raw: RawModel, T: np.ndarray) -> list[str]:
+def _solids(scene: Scene, data, piece: BodyOwner, raw: ModelByItself, T: np.ndarray) -> list[str]:
     mine = np.flatnonzero((scene.piece_of_geom == piece) & scene.contact_bits.any(axis=0)).tolist()
     there = np.array([reaches(scene.model, data, g, np.eye(4)) for g in mine]).reshape(-1, len(WAYS))
     found, used = [], set()

@@ -189,6 +189,69 @@ def test_a_glb_face_never_takes_a_vertex_of_the_next_mesh(tmp_path):
         load_mesh(glb_with(tmp_path, one_beyond))
 
 
+def sparse(document, rest):
+    document["accessors"][1]["sparse"] = {"count": 1}
+
+
+def instances(document, rest):
+    document["nodes"][-1]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}
+
+
+def needs(document, rest):
+    document["extensionsRequired"] = ["EXT_meshopt_compression"]
+
+
+def skinned(document, rest):
+    next(node for node in document["nodes"] if "mesh" in node)["skin"] = 0
+
+
+def blended(document, rest):
+    document["meshes"][1]["weights"] = [0.0, 0.5]
+
+
+def fan(document, rest):
+    primitive = document["meshes"][1]["primitives"][0]
+    document["meshes"][1]["primitives"].append({**primitive, "mode": 6})
+
+
+def normalized(document, rest):
+    position = document["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+    document["accessors"][position]["normalized"] = True
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (sparse, "the file has a sparse array"),
+        (instances, "a node has instances"),
+        (needs, "the file needs the extension EXT_meshopt_compression"),
+        (skinned, "a mesh has a skin"),
+        (blended, "a mesh is blended with morph targets"),
+        (fan, "a mesh has triangle fans"),
+        (normalized, "a mesh has normalized positions"),
+    ],
+)
+def test_what_trimesh_passes_over_in_a_glb_is_refused(tmp_path, change, why):
+    """It was read as if it were not there: one of many instances, a scene without its fans, an unbent mesh."""
+    with pytest.raises(PartError, match=rf"x\.glb: {why}.*, which is not read: export plain triangles"):
+        load_mesh(glb_with(tmp_path, change))
+
+
+def test_what_changes_no_triangle_of_a_glb_is_no_matter(tmp_path):
+    def harmless(document, rest):
+        document["extensionsRequired"] = ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"]
+        document["meshes"][1]["weights"] = [0.0]
+        primitive = document["meshes"][0]["primitives"][0]
+        lines = {**primitive, "mode": 1}
+        lines.pop("indices")
+        document["meshes"][0]["primitives"].append(lines)
+
+    plain = load_mesh(glb_with(tmp_path, lambda *_: None))
+    mesh = load_mesh(glb_with(tmp_path, harmless))
+    assert mesh.volume == pytest.approx(plain.volume)
+    assert len(mesh.faces) == len(plain.faces)
+
+
 def test_counts_that_no_file_holds_are_refused_before_memory_is_taken(tmp_path):
     def huge(document, rest):
         document["accessors"][0]["count"] = 4_000_000_000
