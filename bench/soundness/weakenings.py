@@ -69,7 +69,7 @@ class Mutant:
 MUTANTS = (
     # models of an integrator's own cell
     Mutant("cell/scene/workpiece.py", '"pos": found.centre}', '"pos": 0.0 * found.centre}', ("cell/scene/test_fixture_files.py",)),
-    Mutant("cell/scene/fixture_mesh.py", "found = read_triangles(path, units)", 'found = read_triangles(path, "mm")', ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/fixture_mesh.py", "found = read_triangles(path, units)", 'found = read_triangles(path, "mm")', ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/convex_pieces.py", "spread[2] > max(THIN * spread[0], least)", "spread[2] > THIN * spread[0]", ("cell/mjcf/test_convex_pieces.py",)),
     Mutant("slicing/mesh/files/glb.py", "_require_plain(file, _described(file))", "_described(file)", ("slicing/mesh/files/test_files.py",)),
     Mutant("slicing/mesh/load.py", "if not np.isfinite(found.vertices[found.faces]).all():", "if False:", ("cell/scene/test_fixture_files.py",)),
@@ -85,7 +85,7 @@ MUTANTS = (
     Mutant("cell/mjcf/wire_end.py", "if beside > max(BESIDE, *", "if beside > 10 * max(BESIDE, *", ("cell/mjcf/test_wire_end.py",)),
     Mutant("cell/mjcf/wire_end.py", "if abs(ahead) <= OFF_END:", "if ahead <= OFF_END:", ("cell/mjcf/test_wire_end.py",)),
     Mutant("cell/mjcf/finite_numbers.py", "found = np.flatnonzero(~(np.abs(values) <= LARGEST).all(axis=1))", "found = np.flatnonzero((np.abs(values) > LARGEST).any(axis=1))", ("cell/mjcf/test_finite_numbers.py",)),
-    Mutant("cell/scene/fixture_mesh.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/fixture_mesh.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/scene/absent_shapes.py", "float(reach.max()) < TINY * way", "float(reach.max()) < 0", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/chain_from_model.py", 'TABLE_AXES = ("E1", "E2")', 'TABLE_AXES = ("E1",)', ("cell/mjcf/test_chain_from_model.py",)),
     Mutant("cell/collision/table_clearances.py", "for g, t in [*near, *own.tolist()]:", "for g, t in near:", ("cell/scene/test_two_joints_in_one_body.py",)),

@@ -38,7 +38,6 @@ from .composition import BodyOwner, CellAssembly, one_line
 
 UNUSED = ("unused/E1", "unused/E2")  # joints of axes that a positioner does not have
 ROOT, PLATE = "fixed_table", "fixed_table_plate"  # bodies of a table without axes
-UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
 DRIVEN = ("actuators", "sensors", "tendons", "equalities", "keys", "tuples", "texts", "skins")
 VISUAL_SETTINGS = ("global_", "headlight", "map", "quality", "rgba", "scale")
 SIZES = (

@@ -22,11 +22,11 @@ from ..case.cell_sections import Fixture
 from ..case.part_sections import Support
 from ..case.sections import Case
 from ..errors import InputError
+from ..mjcf.fixture_mesh import FILLED, fixture_mesh
 from ..units import METRES_PER_MM
 from .composition import BodyOwner, CellAssembly, one_line
 from .contacts import SOLID, WIRE
 from .equipment import PLATE, quaternion_about
-from .fixture_mesh import FILLED, fixture_mesh
 
 MANY_PIECES = 256  # of the part in one body
 

@@ -20,10 +20,10 @@ from ik.chain import Floats
 from slicing import Code, PartError, Warning, read_triangles
 
 from ..arrays import Ints
-from ..mjcf.convex_pieces import ConvexPieces, convex_pieces, is_thick
 from ..units import METRES_PER_MM
-from .equipment import UNIT
+from .convex_pieces import ConvexPieces, convex_pieces, is_thick
 
+UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}  # m
 SMALL_MM = 5.0  # of a fixture's mesh, that is rather in another unit
 FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
 FARTHEST_MM = 1e8  # that a mesh may be off its own origin
