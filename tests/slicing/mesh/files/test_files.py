@@ -189,6 +189,20 @@ def test_a_glb_face_never_takes_a_vertex_of_the_next_mesh(tmp_path):
         load_mesh(glb_with(tmp_path, one_beyond))
 
 
+def test_strips_of_a_ply_are_refused_and_not_left_out(tmp_path):
+    write_polygons(tmp_path / "x.ply", BOX.vertices, BOX.faces)
+    load_mesh(tmp_path / "x.ply")
+    for rows, refused in ((0, False), (1, True)):
+        text = (tmp_path / "x.ply").read_text()
+        text = text.replace("end_header", f"element tristrips {rows}\nproperty list int int vertex_indices\nend_header")
+        (tmp_path / "strips.ply").write_text(text + "4 0 1 2 3\n" * rows)
+        if refused:
+            with pytest.raises(PartError, match=r"strips\.ply: has triangle strips"):
+                load_mesh(tmp_path / "strips.ply")
+        else:
+            load_mesh(tmp_path / "strips.ply")
+
+
 def sparse(document, rest):
     document["accessors"][1]["sparse"] = {"count": 1}
 
@@ -334,6 +348,14 @@ def test_3mf_parts_that_are_no_part_of_the_solid_are_left_out(tmp_path):
     mesh = load_mesh(write_3mf(tmp_path / "s.3mf", {"3D/3dmodel.model": typed}))
     assert mesh.volume == pytest.approx(6000)
     assert any("left out 1 support" in line for line in mesh.warnings)
+
+
+def test_a_beam_lattice_of_a_3mf_is_refused_and_not_left_out(tmp_path):
+    """A file need not require its extension, so that its beams were passed over."""
+    beams = "<beamlattice><beams><beam v1='0' v2='5'/></beams></beamlattice></mesh>"
+    built = f"<resources>{mesh_xml(1, BOX).replace('</mesh>', beams)}</resources><build><item objectid='1'/></build>"
+    with pytest.raises(PartError, match=r"x\.3mf: has a beam lattice, which is not read"):
+        load_mesh(write_3mf(tmp_path / "x.3mf", {"3D/3dmodel.model": built}))
 
 
 def test_3mf_files_that_are_not_understood_are_one_line(tmp_path):
