@@ -157,7 +157,7 @@ ANY_VALUES = {
         cell/report/motion_report cell/report/program_document cell/report/sweep_lines
         cell/verdict/all_reasons cell/verdict/result cell/verdict/table_use cell/verdict/words
         cell/verification/bead_order cell/view/sweep_map_picture slicing/beads/overhang
-        slicing/beads/thickness_policy slicing/decomposition/evidence_warnings slicing/document
+        slicing/beads/thickness_policy slicing/decomposition/evidence_warnings slicing/document slicing/mesh/files/glb
         slicing/surfaces/cones slicing/surfaces/cylinders
         slicing/surfaces/planes slicing/surfaces/revolved_profiles slicing/warning""",
     "the variables of a KRL program": """

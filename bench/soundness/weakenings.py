@@ -11,6 +11,7 @@ BOUNDS, DETECTION, OWN = (
     "cell/mjcf/test_detection.py",
     "acceptance/test_own_motion.py",
 )
+AS_WRITTEN = "cell/scene/test_models_as_written.py"
 ROUNDINGS = "cell/collision/test_blend_proofs.py"
 SHEETS = "cell/collision/test_blend_sheets.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
@@ -69,13 +70,26 @@ class Mutant:
 
 MUTANTS = (
     # models of an integrator's own cell
+    Mutant("cell/scene/workpiece.py", '"pos": found.centre}', '"pos": 0.0 * found.centre}', ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/fixture_mesh.py", "found = read_triangles(path, units)", 'found = read_triangles(path, "mm")', ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/convex_pieces.py", "spread[2] > max(THIN * spread[0], least)", "spread[2] > THIN * spread[0]", ("cell/mjcf/test_convex_pieces.py",)),
+    Mutant("slicing/mesh/files/glb.py", "_require_plain(file, _described(file))", "_described(file)", ("slicing/mesh/files/test_files.py",)),
+    Mutant("slicing/mesh/files/ply.py", "elif element.name in STRIPS and element.rows:", "elif False:", ("slicing/mesh/files/test_files.py",)),
+    Mutant("slicing/mesh/files/three_mf.py", 'elif tag == "beam":', "elif False:", ("slicing/mesh/files/test_files.py",)),
+    Mutant("slicing/mesh/load.py", "if not np.isfinite(found.vertices[found.faces]).all():", "if False:", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/scene/equipment.py", "if not np.array_equal(frame.scale, np.ones(3)):", "if False:", (AS_WRITTEN,)),
+    Mutant("cell/scene/equipment.py", '    _own_numerics(tool, "tool")\n', "", (AS_WRITTEN,)),
+    Mutant("cell/scene/workpiece.py", 'body.add_site(default=world.default, name="part"', 'body.add_site(name="part"', (AS_WRITTEN,)),
+    Mutant("cell/scene/workpiece.py", '        "default": world.default,\n        "name": fixture.name,', '        "name": fixture.name,', (AS_WRITTEN,)),
+    Mutant("cell/mjcf/held_joints.py", "c = element.compiler", "c = spec.compiler", (AS_WRITTEN,)),
+    Mutant("cell/mjcf/asset_files.py", "[-1] if spec.strippath else file", "[-1] if False else file", (AS_WRITTEN,)),
+    Mutant("cell/mjcf/fitted_shapes.py", 'made.meshname, made.fromto = "", np.full(6, np.nan)', "pass", ("cell/mjcf/test_fitted_shapes.py",)),
     Mutant("cell/scene/contacts.py", "apart >= 2 or not self._neighbours(outer, inner, self.weld_of_model)", "apart >= 2", ("cell/scene/test_two_joints_in_one_body.py",)),
     Mutant("cell/scene/equipment.py", "if len(child.worldbody.geoms) or own_origin:", "if len(child.worldbody.geoms):", ("cell/scene/test_compose.py",)),
     Mutant("cell/mjcf/wire_end.py", "if beside > max(BESIDE, *", "if beside > 10 * max(BESIDE, *", ("cell/mjcf/test_wire_end.py",)),
     Mutant("cell/mjcf/wire_end.py", "if abs(ahead) <= OFF_END:", "if ahead <= OFF_END:", ("cell/mjcf/test_wire_end.py",)),
-    Mutant("cell/scene/workpiece.py", 'if path.suffix.lower() != ".obj":', "if True:", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/finite_numbers.py", "found = np.flatnonzero(~(np.abs(values) <= LARGEST).all(axis=1))", "found = np.flatnonzero((np.abs(values) > LARGEST).any(axis=1))", ("cell/mjcf/test_finite_numbers.py",)),
-    Mutant("cell/scene/workpiece.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/fixture_mesh.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/scene/absent_shapes.py", "float(reach.max()) < TINY * way", "float(reach.max()) < 0", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/chain_from_model.py", 'TABLE_AXES = ("E1", "E2")', 'TABLE_AXES = ("E1",)', ("cell/mjcf/test_chain_from_model.py",)),
     Mutant("cell/collision/table_clearances.py", "for g, t in [*near, *own.tolist()]:", "for g, t in near:", ("cell/scene/test_two_joints_in_one_body.py",)),
