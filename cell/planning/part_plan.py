@@ -32,6 +32,7 @@ from .infeasible_part import (
     lost_bead,
 )
 from .loss_ahead import LossAhead, last_beads, loss_ahead
+from .similar_bead import last_hard
 from .travels.straight_travels import straight_travel
 from .travels.travel import TravelPath
 
@@ -204,7 +205,7 @@ class _RunSearch:
         in_full = partial(plan_bead, self.context, first, stop, q_before, quickly=vain is None)
         if found is not None:
             return found
-        bead = self.judge.plan(first, stop, q_before, in_full, vain)
+        bead = self.judge.plan(first, stop, q_before, in_full, vain, last_hard(self.beads))
         if bead is not None and bead.whole and (self.judge.lost or self.postponed is not None):
             self.ahead.found_alone()  # behind what is lost there may be much that is not
         return bead
