@@ -38,7 +38,7 @@ from .configurations import BRANCHES, nodes_at_rolls
 from .context import FINER_ROLLS, Context
 from .cuts.bead_cut import cut_bead, may_be_cut
 from .edges.edge_check import SearchedBead, Stretch
-from .similar_bead import like
+from .neighbours.similar_bead import like
 from .station_search import HIT, Ends, StationSearch
 from .unreachable import unreachable
 

@@ -11,18 +11,18 @@ import yaml
 from support.jobs.boss_motion import job_of
 
 from cell.failure import Failure, Kind
-from cell.planning import infeasible_part, similar_bead
+from cell.planning import infeasible_part
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.bead_plan import plan_bead
 from cell.planning.context import Context
 from cell.planning.infeasible_part import InfeasiblePartJudge
-from cell.planning.similar_bead import last_hard, like
+from cell.planning.neighbours import similar_bead
+from cell.planning.neighbours.similar_bead import last_hard, like
 from cell.planning.station_search import StationSearch
 from cell.scene.scene import table_angles
 
 ABOVE_MM = 230  # of a wall over the boss: beads get through below it, some of them with a turn of the roll alone
 HARD = (20, 31)  # the bead that only the finest search finds
-
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +112,9 @@ def test_the_roll_is_that_of_the_nearest_place_laid_either_way_round():
     value = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
     share = np.array([0.0, 0.1, 0.25, 0.4, 0.6, 0.9, 1.0])
     at = np.stack([np.interp(4 * share, value, line[:, i]) for i in range(3)], axis=1)
-    apart, found = similar_bead._nearest(at + [0.0, 0.0, 0.3], line, value)  # a closed one: both ends are near its seam
+    apart, found = similar_bead._nearest(
+        at + np.array([0.0, 0.0, 0.3]), line, value
+    )  # a closed one: both ends are near its seam
     assert apart == pytest.approx(0.3)
     assert found == pytest.approx(4 * share)
     apart, found = similar_bead._nearest(at, line[::-1], value[::-1])

@@ -24,11 +24,11 @@ from ik.bead_path import ROLL_COST
 from ik.chain import Floats
 from ik.roll import apply_roll, wrap
 
-from .bead_outcome import BeadPlan
-from .configurations import near_cost
-from .context import FINER_ROLLS, Context
-from .edges.edge_check import SearchedBead, Stretch, check_edges
-from .stations import nodes_of_poses
+from ..bead_outcome import BeadPlan
+from ..configurations import near_cost
+from ..context import FINER_ROLLS, Context
+from ..edges.edge_check import SearchedBead, Stretch, check_edges
+from ..stations import nodes_of_poses
 
 MOST_APART = 0.02  # m: mean distance of a bead from one that it is taken to be like
 ALONG = 0.1  # share of its length by which a bead's targets may lie before or behind those of the other
@@ -48,9 +48,7 @@ def last_hard(beads: Sequence[BeadPlan]) -> list[Stretch]:
     return [bead.stretches[0] for bead in beads if bead.hard and bead.whole][-KNOWN:]
 
 
-def like(
-    context: Context, first: int, stop: int, hard: Sequence[Stretch], q_before: Floats | None
-) -> Stretch | None:
+def like(context: Context, first: int, stop: int, hard: Sequence[Stretch], q_before: Floats | None) -> Stretch | None:
     """A bead on the way of one of some others.
 
     Args:
@@ -156,5 +154,5 @@ def _followed(bead: SearchedBead, guess: _Guess, q_before: Floats | None) -> Str
         if not bad:
             return found.whole()
         for e in bad:
-            edges[e, 0, np.flatnonzero(TURNS == taken[e + 1] - taken[e]), taken[e + 1]] = np.inf
+            edges[e, 0, np.flatnonzero(taken[e + 1] - taken[e] == TURNS), taken[e + 1]] = np.inf
     return None
