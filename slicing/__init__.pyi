@@ -56,6 +56,7 @@ from .targets.speeds import BeadSpeed as BeadSpeed
 from .targets.targets import Targets as Targets
 from .targets.targets import sample_beads as sample_beads
 from .targets.waypoints import travels as travels
+from .toolpaths.bead_hulls import bead_hulls as bead_hulls
 from .toolpaths.csv_file import read_toolpath as read_toolpath
 from .toolpaths.shortcuts import lay as lay
 from .toolpaths.shortcuts import load as load
@@ -99,6 +100,7 @@ __all__ = [
     "Targets",
     "Toolpath",
     "Warning",
+    "bead_hulls",
     "beyond_borders",
     "body_ends",
     "convex_hull",

@@ -37,6 +37,8 @@ EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
+SUPPORTED = "cell/job/test_bead_support.py"
+THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
 ENDLESS = "cell/programs/running/test_endless_axes.py"
 NEAR_BEADS = "cell/programs/running/test_speed_near_beads.py"
@@ -229,7 +231,7 @@ MUTANTS = (
     Mutant("cell/job/wire_in_metal.py", "~away | (off <= OUTSIDE_MM)", "~away", (METAL,)),
     Mutant("slicing/decomposition/cut.py", "            kept += part\n            beside.append((vertices, faces))\n            (ends if", "            kept += part\n            (ends if", (BESIDE,)),
     Mutant("cell/job/job.py", "shape.hulls | pieces_beside(part.beside_profile)", "shape.hulls", (BESIDE,)),
-    Mutant("cell/job/wire_in_metal.py", "and case.slicing.strategy != \"revolved\"", "", (METAL,)),
+    Mutant("cell/job/job.py", "all(one.parameters.strategy != \"revolved\" for one in self.sliced)", "True", (METAL,)),
     Mutant("cell/job/job.py", "shape.hulls | rest_of_built([s.mesh for s, _ in built], shape.hulls)", "shape.hulls", (BUILT,)),
     Mutant("cell/job/built_solids.py", 'of_it = ("body/", f"built/{solid.name}/")', 'of_it = ("body/", "built/")', (BUILT,)),
     Mutant("slicing/toolpaths/bead_hulls.py", "further[1:-1] = half * np.sqrt(", "further[1:-1] = 0.0 * np.sqrt(", ("slicing/toolpaths/test_bead_hulls.py",)),
@@ -238,7 +240,6 @@ MUTANTS = (
     Mutant("slicing/strategies/cylindrical.py", "greatest_distance(base, mesh.vertices[mesh.faces])", "float(base.distance(mesh.vertices).max())", ("slicing/surfaces/test_greatest_distance.py",)),
     Mutant("slicing/volume/layer_areas.py", "odd |= top > h", "odd |= top > 1e9 * h", ("slicing/surfaces/test_greatest_distance.py",)),
     Mutant("cell/job/beside_body.py", "if spread[2] < FLAT * spread[0]:", "if False:", (BESIDE,)),
-    Mutant("cell/job/job.py", "return self.laid - 1 if self.case.part.toolpath is None else self.deposits_before", "return self.laid - 1", (METAL,)),
     Mutant("cell/cli/main.py", "    _refuse_empty(args)\n", "", ("cell/cli/test_exit_codes.py",)),
     Mutant("cell/job/wire_in_metal.py", "corners = support.radius_mm / np.cos(np.pi / SUPPORT_SIDES)", "corners = support.radius_mm", (METAL,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "clusters.laid, far), far, travel, within)", "clusters.laid, far), 2 * far, travel, within)", (PLANES,)),
@@ -277,6 +278,17 @@ MUTANTS = (
     Mutant("cell/verification/collisions.py", "return [*found, *table_collisions(job, sampled, deposits_laid)]", "return found", (HITS,)),
     Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, sampled, deposits_laid), *_wires_in_metal", "*_wires_in_metal", (HITS,)),
     Mutant("cell/verification/collisions.py", ", *_wires_in_metal(job, motion, sampled)]", "]", ("cell/job/test_wire_in_metal.py",)),
+    # another slicer's beads given in Python with a case of meshes, and what stands beside them
+    Mutant("cell/job/job.py", "return self.laid - 1 if self.sliced else self.deposits_before", "return self.laid - 1", (THEIRS,)),
+    Mutant("cell/job/job.py", "return bool(self.sliced) and all(", "return all(", (THEIRS,)),
+    Mutant("cell/job/job.py", "replace(one, overhangs=overhangs(one.sliced, limit))", "one", (THEIRS,)),
+    # another slicer's beads over nothing
+    Mutant("cell/job/job.py", "if not path.laid:\n        job = _with", "if False:\n        job = _with", (SUPPORTED,)),
+    Mutant("cell/job/bead_support.py", "DOWN = 0.5 ", "DOWN = 1.0 ", (SUPPORTED,)),
+    Mutant("cell/job/bead_support.py", "laid = np.where(off == 0.0, places.bead, self.first_of_layer[places.bead])", "laid = places.bead + 1", (SUPPORTED,)),
+    Mutant("cell/job/bead_support.py", "below.at(places, -allowed) & below.at(places, allowed)", "below.at(places, 0.0)", (SUPPORTED,)),
+    Mutant("cell/job/overhang_check.py", "for bead in job.overhanging_beads:", "for bead in ():", (SUPPORTED,)),
+    Mutant("cell/job/part_input.py", "return replace(found, meshes=(), bodies=(), built=there, warnings=warnings)", "return replace(found, meshes=(), bodies=(), warnings=warnings)", (THEIRS,)),
     Mutant("cell/verification/collisions.py", "step, nearest = unproven_steps(checker, radius, q, laid, clear, run)", "step, nearest = unproven_steps(checker, radius, q[:1], laid[:1], clear.rows(np.arange(1)), run[:1])", ("cell/verification/test_wire_between_samples.py",)),
     Mutant("cell/table_poses/table_turn.py", "self.table_radius, table, deposits_laid, 0.0)", "self.table_radius, table, deposits_laid, -1.0)", ("cell/table_poses/test_table_turn.py",)),
     Mutant("cell/table_poses/table_turn.py", "self.wire, self.radius, axes, deposits_laid, 0.0)", "self.wire, self.radius, axes, deposits_laid, -1.0)", ("cell/table_poses/test_table_turn.py",)),

@@ -73,7 +73,9 @@ class Checks(Section):
         None, description="largest angle between the deposition direction and up; null: no limit"
     )
     overhang_mm: Distance | None = Field(
-        None, description="largest overhang of a layer over what lies below it; null: a warning above half a bead"
+        None,
+        description="largest overhang of a layer (of another slicer's: of a bead) over what lies below it; null: a "
+        "warning above half a bead",
     )
     every_target: bool = Field(
         False,

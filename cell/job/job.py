@@ -36,6 +36,7 @@ from slicing import (
     beyond_borders,
     body_ends,
     lay_beads,
+    overhangs,
     sample_beads,
     slice_sub_volume,
     toolpath_shape,
@@ -53,13 +54,14 @@ from ..scene.drives import Drives, drives
 from ..scene.placement import place_targets
 from ..scene.scene import Scene, table_angles
 from ..units import METRES_PER_MM
+from .bead_support import BeadOverhang, bead_overhang_warnings, bead_thickness_warnings, unsupported_beads
 from .beside_body import pieces_beside
 from .build_order import BuildOrder, in_build_order, layers_of, ordered_shape
 from .built_solids import rest_of_built
 from .part_input import PartInput, read_body, read_part
 from .table_section_check import build_runs, check_table
 from .table_winding import for_moving_table
-from .wire_in_metal import wires_in_metal
+from .wire_in_metal import Metal, wires_in_metal
 
 if TYPE_CHECKING:
     from slicing import Evidence
@@ -93,6 +95,7 @@ class Job:
         evidence: how the body of a part in one mesh was found.
         order: the order of the layers, if it is not one sub-volume after the other; else None.
         given: the toolpath that it was prepared with instead of the case's own part.
+        overhanging_beads: of another slicer's beads those that overhang.
     """
 
     case: Case
@@ -106,6 +109,7 @@ class Job:
     evidence: Evidence | None = None
     order: BuildOrder | None = None
     given: Toolpath | None = None
+    overhanging_beads: tuple[BeadOverhang, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Job {self.case.title!r}: {sum(self.layers)} layers, {len(self.targets)} targets>"
@@ -187,12 +191,21 @@ class Job:
         Of layers that are sliced here the beads lie beside one another. Another slicer's may lie anyhow: once a layer
         has a bead, all of it counts.
         """
-        return self.laid - 1 if self.case.part.toolpath is None else self.deposits_before
+        return self.laid - 1 if self.sliced else self.deposits_before
+
+    @property
+    def layers_lie_below(self) -> bool:
+        """Whether a sub-volume's lower layers lie below all of its beads, so that no wire of it runs through them.
+
+        Another slicer's layers may lie anyhow, and offsets of a profile with a groove face one another.
+        """
+        return bool(self.sliced) and all(one.parameters.strategy != "revolved" for one in self.sliced)
 
     @cached_property
     def wires_in_metal(self) -> dict[int, Failure]:
         """Targets at which the wire would run through metal between nozzle and bead, wherever the table stands."""
-        return wires_in_metal(self.scene, self.shape, self.targets, self.laid_beside_the_wire, self.laid - 1)
+        metal = Metal.of(self.case, self.shape, self.targets, self.layers_lie_below)
+        return wires_in_metal(self.scene, metal, self.targets, self.laid_beside_the_wire, self.laid - 1)
 
 
 def margin_warnings(solver: Solver) -> tuple[Warning, ...]:
@@ -344,7 +357,7 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     Args:
         case: the case.
         toolpath: beads (`slicing.lay`, `slicing.read_toolpath`) that replace the case's sub-volumes; only the body of
-            the case's part is used then.
+            the case's part is used then, and the sub-volumes of part.built, which are there from the start.
 
     Returns:
         The job.
@@ -361,7 +374,9 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
         built, said = _built(case, part), path.warnings
     else:
         _require_right_layers(case, path.sliced)
-        part, built = read_body(case, path.z_mm), []
+        path = _with_overhang_limit(case, path)
+        part = read_body(case, path.z_mm, path.targets.sub_volume)
+        built = _built(case, part)
         said = (*part.warnings, *path.warnings)
     if len(path.targets) == 0:
         raise InputError(
@@ -385,8 +400,20 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     warnings = (*said, *scene.warnings, *split)
     job = Job(case, path.sliced, shape, targets, scene, warnings, path.laid, part.T_part_input, part.evidence, order)
     job = replace(job, warnings=(*job.warnings, *margin_warnings(job.solver)), given=toolpath)
+    if not path.laid:
+        job = _with_overhanging_beads(job, path)
     _ = job.drives  # computed here so that an error in them comes before any search
     return job
+
+
+@phase("what lies below the beads")
+def _with_overhanging_beads(job: Job, path: Toolpath) -> Job:
+    """A job of another slicer's beads with what of them lies over nothing, and warnings of it."""
+    limit = job.case.checks.overhang_mm
+    found = unsupported_beads(job.scene, path, job.targets, job.laid, limit)
+    thickness = bead_thickness_warnings(job.targets, job.case.slicing.h_min_mm, job.case.slicing.h_max_mm)
+    said = (*job.warnings, *thickness, *bead_overhang_warnings(found, limit))
+    return replace(job, overhanging_beads=found, warnings=said)
 
 
 def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
@@ -397,6 +424,14 @@ def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
     laid, targets, reported = sample_part(case, sliced)
     said = (*part.warnings, *(line for one in sliced for line in one.warnings), *reported)
     return part, Toolpath(targets, case.beads, laid, warnings=said)
+
+
+def _with_overhang_limit(case: Case, path: Toolpath) -> Toolpath:
+    """A toolpath of layers sliced here whose overhangs are those beyond the case's limit, where it sets one."""
+    limit = case.checks.overhang_mm
+    if limit is None:
+        return path
+    return replace(path, laid=tuple(replace(one, overhangs=overhangs(one.sliced, limit)) for one in path.laid))
 
 
 @phase("reading the toolpath")

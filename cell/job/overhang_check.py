@@ -1,22 +1,32 @@
 """What of a job is laid in the air, and what is laid past the horizontal.
 
     unsupported_targets(job)                  # {target: Failure}, by the case's limit checks.overhang_mm
-    targets_over_nothing(job)                 # {target: Overhang}, whether the case sets a limit or not
+    targets_over_nothing(job)                 # {target: Hanging}, whether the case sets a limit or not
     past_horizontal(job.case, gravity)        # a warning where the case sets no limit
 
-Where a layer overhangs: `slicing.beads.overhang`.
+Where a layer overhangs: `slicing.beads.overhang`; where a bead of another slicer does: `cell.job.bead_support`.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ik.chain import Floats
-from slicing import Code, Overhang, Warning
+from slicing import Code, Warning
 
 from ..case.sections import Case
 from ..failure import Failure, Kind, OverhangArea
 from .job import Job
+
+
+class Hanging(NamedTuple):
+    """What hangs at a target: how far it stands out (None: nothing lies below), and the area beyond the limit."""
+
+    out_mm: float | None
+    area: OverhangArea
+
 
 HORIZONTAL_DEG = 90.5  # off upright: with rounding no more than level
 
@@ -47,22 +57,20 @@ def unsupported_targets(job: Job) -> dict[int, Failure]:
     limit = job.case.checks.overhang_mm
     if limit is None:
         return {}
-    found: dict[int, Failure] = {}
-    for i, layer in targets_over_nothing(job).items():
-        document = layer.to_dict()
-        hanging = OverhangArea(document["area_mm2"], document["begins_mm2"], tuple(document["place_mm"]))
-        found[i] = Failure(Kind.OVERHANG, document["out_mm"], limit, cause=hanging, proved=True)
-    return found
+    return {
+        i: Failure(Kind.OVERHANG, one.out_mm, limit, cause=one.area, proved=True)
+        for i, one in targets_over_nothing(job).items()
+    }
 
 
-def targets_over_nothing(job: Job) -> dict[int, Overhang]:
-    """Targets that overhang, with what of their layer does.
+def targets_over_nothing(job: Job) -> dict[int, Hanging]:
+    """Targets that overhang, with what of their layer does, or of their bead where it is another slicer's.
 
     Args:
         job: from ``cell.job.job.prepare``.
     """
     t = job.targets
-    found: dict[int, Overhang] = {}
+    found: dict[int, Hanging] = {}
     for k, one in enumerate(job.beads):
         for layer in one.overhangs:
             if layer.place_mm is None or layer.area_mm2 <= 0.0:
@@ -71,5 +79,11 @@ def targets_over_nothing(job: Job) -> dict[int, Overhang]:
             over = rows[layer.holds(t.position[rows])]
             if not len(over) and len(rows):  # no target there: the nearest one stands for it
                 over = rows[[int(np.argmin(((t.position[rows] - layer.place_mm) ** 2).sum(axis=1)))]]
-            found.update((i, layer) for i in over.tolist())
+            document = layer.to_dict()
+            area = OverhangArea(document["area_mm2"], document["begins_mm2"], tuple(document["place_mm"]))
+            found.update((i, Hanging(document["out_mm"], area)) for i in over.tolist())
+    for bead in job.overhanging_beads:
+        hangs = round(bead.hanging_mm * bead.width_mm, 3)
+        area = OverhangArea(hangs, hangs if bead.all_of_it else 0.0, bead.place_mm)
+        found.update((i, Hanging(bead.out_mm, area)) for i in bead.targets)
     return found

@@ -128,31 +128,35 @@ def read_part(case: Case) -> PartInput:
     return _taken(case, found)
 
 
-def read_body(case: Case, z_mm: tuple[float, float]) -> PartInput:
-    """The body alone, which beads that are laid elsewhere lie on.
+def read_body(case: Case, z_mm: tuple[float, float], laid: Sequence[str] = ()) -> PartInput:
+    """The body alone, which beads that are laid elsewhere lie on, with the sub-volumes that are built already.
 
     Args:
         case: the case.
         z_mm: where it ends where neither the case nor a mesh says so.
+        laid: names of the sub-volumes that the beads are of.
 
     Returns:
-        The part, without sub-volumes.
+        The part, without sub-volumes that are to be built. Those that are neither laid nor built are told as absent
+        where the beads, or part.take, have some of the sub-volumes' names.
 
     Raises:
-        InputError: the body is not given, or its mesh cannot be used; one line.
+        InputError: the body is not given, or a mesh cannot be used; one line.
     """
     part = case.part
     try:
-        if part.mesh is not None:
-            return replace(_whole(case, []), meshes=(), bodies=())
+        if part.mesh is not None or part.built:
+            found = _whole(case, []) if part.mesh is not None else _pieces(case, [])
+            return _beside_toolpath(case, found, laid)
         if part.body is None:
             raise InputError(f"{case.path}: part.body: needs radius_mm, the radius of the cylinder they stand on")
         body = _body_of_case(part.body)
+        left_out = _left_out(case, [f"SV{i + 1}" for i in range(len(part.sub_volumes))], laid)
         if part.body.mesh is not None:
             own = load_mesh(case.path_of(part.body.mesh), part.units, "body")
-            return PartInput((), (), own, None, own.warnings, round_body=body)
+            return PartInput((), (), own, None, (*own.warnings, *left_out), round_body=body)
         ends = z_mm if part.body.z_mm is None else part.body.z_mm
-        return PartInput((), (), None, _profile(body, ends, []), round_body=body)
+        return PartInput((), (), None, _profile(body, ends, []), left_out, round_body=body)
     except PartError as error:
         raise InputError(str(error)) from None
 
@@ -255,11 +259,7 @@ def _taken(case: Case, found: PartInput) -> PartInput:
     absent = [name for name in names if name not in (*take, *built)]
     warnings = found.warnings
     if absent:
-        text = (
-            f"{', '.join(absent)}: neither in part.take nor in part.built, so not in the cell; collisions with "
-            f"{'it' if len(absent) == 1 else 'them'} are not checked"
-        )
-        warnings += (Warning(Code.SUB_VOLUME_ABSENT, text, sub_volume=absent[0] if len(absent) == 1 else ""),)
+        warnings += (_absent(absent),)
     return replace(
         found,
         meshes=tuple(found.meshes[i] for i in keep),
@@ -268,6 +268,38 @@ def _taken(case: Case, found: PartInput) -> PartInput:
         built=there,
         warnings=warnings,
     )
+
+
+def _beside_toolpath(case: Case, found: PartInput, laid: Sequence[str]) -> PartInput:
+    """What stands beside beads that are laid elsewhere: the body, and sub-volumes that are built already."""
+    names, built = [mesh.name for mesh in found.meshes], list(case.part.built)
+    unknown = [name for name in built if name not in names]
+    if unknown:
+        raise InputError(
+            f"{case.path}: part.built: no sub-volume {unknown[0]!r}; there are {', '.join(names) or 'none'}"
+        )
+    both = [name for name in built if name in laid]
+    if both:
+        raise InputError(f"{case.path}: part.built: the toolpath lays {both[0]} as well; it is one or the other")
+    there = tuple((found.meshes[i], found.bodies[i]) for i in map(names.index, dict.fromkeys(built)))
+    warnings = (*found.warnings, *_left_out(case, names, laid))
+    return replace(found, meshes=(), bodies=(), built=there, warnings=warnings)
+
+
+def _left_out(case: Case, names: Sequence[str], laid: Sequence[str]) -> tuple[Warning, ...]:
+    """A warning of sub-volumes that are neither laid nor built; beads of other names may be all of the part's."""
+    known = [*case.part.take, *(name for name in laid if name in names)]
+    absent = [name for name in names if name not in (*known, *case.part.built)]
+    return (_absent(absent),) if known and absent else ()
+
+
+def _absent(names: Sequence[str]) -> Warning:
+    """A warning of sub-volumes that are not in the cell."""
+    text = (
+        f"{', '.join(names)}: neither in part.take nor in part.built, so not in the cell; collisions with "
+        f"{'it' if len(names) == 1 else 'them'} are not checked"
+    )
+    return Warning(Code.SUB_VOLUME_ABSENT, text, sub_volume=names[0] if len(names) == 1 else "")
 
 
 def _checked(case: Case, names: Sequence[str]) -> tuple[list[str], list[str]]:

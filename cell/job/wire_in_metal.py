@@ -1,7 +1,8 @@
 """Where the wire would run through metal between nozzle and bead: a layer that juts out over the bead, or the support.
 
     job.wires_in_metal                        # {target: Failure}
-    Metal.of(case, shape, targets).met(wires) # which piece each wire runs through, and over which length
+    metal = Metal.of(case, shape, targets, job.layers_lie_below)
+    metal.met(wires)                          # which piece each wire runs through, and over which length
 
 At a target the wire lies along the deposition direction, whatever the arm does. It may touch the part, since its end
 stands in the bead; what it may not do is to run through metal that is there already. A wire is taken to do so where its
@@ -103,13 +104,14 @@ class Metal:
     sub_volume: Ints
 
     @classmethod
-    def of(cls, case: Case, shape: PartShape, targets: Targets) -> Metal:
+    def of(cls, case: Case, shape: PartShape, targets: Targets, layers_lie_below: bool) -> Metal:
         """A part and what it stands on.
 
         Args:
             case: says what it stands on.
             shape: the part.
             targets: on its beads.
+            layers_lie_below: whether a sub-volume's lower layers lie below all of its beads.
         """
         pieces = dict(shape.hulls)
         support = case.support
@@ -122,9 +124,7 @@ class Metal:
             pieces["support"] = np.column_stack([np.tile(ring, (2, 1)), heights])
         words = [name.split("/") for name in pieces]
         number = [int(w[1]) if w[0] == "deposit" else -1 for w in words]
-        # another slicer's layers may lie anyhow, and offsets of a profile with a groove face one another
-        layered = case.part.toolpath is None and case.slicing.strategy != "revolved"
-        own = {name: k for k, name in enumerate(targets.sub_volume)} if layered else {}
+        own = {name: k for k, name in enumerate(targets.sub_volume)} if layers_lie_below else {}
         owner = [own.get(w[2], -1) if w[0] == "deposit" else -1 for w in words]
         return cls(tuple(pieces), tuple(pieces.values()), np.array(number), np.array(owner))
 
@@ -314,12 +314,12 @@ def wire_size(scene: Scene) -> tuple[float, float] | None:
     return length / METRES_PER_MM, radius / METRES_PER_MM
 
 
-def wires_in_metal(scene: Scene, shape: PartShape, targets: Targets, laid: Ints, deposit: Ints) -> dict[int, Failure]:
+def wires_in_metal(scene: Scene, metal: Metal, targets: Targets, laid: Ints, deposit: Ints) -> dict[int, Failure]:
     """Targets at which, or on the way to or from which, the wire would run through metal that is there already.
 
     Args:
         scene: the composed cell.
-        shape: the part.
+        metal: what is there of the part.
         targets: on its beads.
         laid: deposits that are there at each target, (n,): those with a lower number.
         deposit: number of the deposit that each target belongs to, (n,): whether a piece of it is there already when
@@ -328,7 +328,6 @@ def wires_in_metal(scene: Scene, shape: PartShape, targets: Targets, laid: Ints,
     size = wire_size(scene)
     if size is None or not len(targets):
         return {}
-    metal = Metal.of(scene.case, shape, targets)
     target, tip, out = _along(targets, metal.may_be_met(targets))
     wires = wires_at(targets, laid, size, target, (tip, out))
     met, length = metal.met(wires)

@@ -139,7 +139,7 @@ def _wires_in_metal(job: Job, motion: Motion, sampled: SampledMotion) -> list[Fi
         return []
     Ts, row = sampled.Ts_part_tcp[index], sampled.row[index]
     poses = Ts[:, :3, 3] / METRES_PER_MM, -Ts[:, :3, 2]
-    metal = Metal.of(job.case, job.shape, job.targets)
+    metal = Metal.of(job.case, job.shape, job.targets, job.layers_lie_below)
     met, length = metal.met(wires_at(job.targets, job.laid_beside_the_wire, size, motion.target[row], poses))
     wire, found = job.case.tool.wire[0], []
     for a, b, k in stretches_of(met >= 0, row, length):

@@ -155,7 +155,7 @@ def read_toolpath(
     targets = Targets(names, volume[rows], layer[rows], bead, p, n, tangents, thickness, closed, speed)
     require_order(targets, [table.line[k] for k in rows], str(file))
     text = (
-        f"toolpath {file.name}: overhang, metal and layer areas are not checked: "
+        f"toolpath {file.name}: metal and layer areas are not checked: "
         "they are known only for layers that rbam-cell slices itself"
     )
     reported = (Warning(Code.TOOLPATH_NOT_SLICED, text), *_passed_over(table), *own_metal_warnings(targets, width_mm))

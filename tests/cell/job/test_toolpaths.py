@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 
 import cell
 import slicing
 from cell.cli.main import main
 from cell.errors import InputError
+from cell.job.overhang_check import unsupported_targets
 from slicing.document import targets_rows
 
 
@@ -84,3 +86,71 @@ def test_the_body_ends_where_the_beads_do_where_nothing_says_so(make_case):
     again = cell.prepare(cell.load_case(make_case("open", part={"body": {"radius_mm": 20}})), toolpath=path)
     z = np.concatenate([hull[:, 2] for name, hull in again.shape.hulls.items() if name.startswith("body/")])
     np.testing.assert_allclose([z.min(), z.max()], path.z_mm)
+
+
+def beads_below_one_another(layers, z=40.0):
+    """Two beads on a shaft of radius 20, one a layer or both of one: the second lies 4 mm below the first."""
+    rows = []
+    for bead, r in enumerate((24.0, 20.0)):
+        for a in np.radians(np.linspace(-20, 20, 9)):
+            rows.append((bead, r * np.cos(a), r * np.sin(a), z, np.cos(a), np.sin(a), 0.0))
+    return "bead,layer,x,y,z,nx,ny,nz\n" + "".join(
+        f"{r[0]},{r[0] * (layers - 1)}," + ",".join(f"{v:.6f}" for v in r[1:]) + "\n" for r in rows
+    )
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+def test_another_slicers_beads_given_in_python_are_taken_for_what_they_are(make_case, layers):
+    """The wire runs through a bead laid earlier, of its own layer too, whatever part of the case the beads replace."""
+    of_meshes = cell.load_case(make_case())
+    file = of_meshes.path.parent / "below.csv"
+    file.write_text(beads_below_one_another(layers), encoding="utf-8")
+    of_table = cell.load_case(make_case("table", part={"toolpath": "below.csv", "sub_volumes": []}))
+    path = slicing.read_toolpath(file, width_mm=5, thickness_mm=2)
+    jobs = [cell.prepare(of_table), cell.prepare(of_meshes, path)]
+    for job in jobs:
+        assert job.deposits_before.tolist() == [0] * 9 + [1] * 9
+        assert sorted(job.wires_in_metal) == list(range(9, 18))
+    assert not cell.check(jobs[1], 90, 180).feasible
+
+
+def test_beads_laid_here_keep_to_the_cases_overhang(tmp_path):
+    """A block that is 2 mm wider from 26 mm off the axis on: less than half a bead, more than the case allows."""
+    blocks = [trimesh.creation.box((12, 12, 12)), trimesh.creation.box((8, 12, 14))]
+    blocks[0].apply_translation((21, 0, 36))
+    blocks[1].apply_translation((30, 0, 37))
+    made = trimesh.boolean.union(blocks, engine="manifold")
+    made.export(tmp_path / "step.stl")
+    data = {
+        "part": {"sub_volumes": ["step.stl"], "body": {"radius_mm": 20, "z_mm": [0, 80]}},
+        "slicing": {"strategy": "planar", "h_layer_mm": 2, "h_min_mm": 1, "h_max_mm": 3},
+    }
+    sliced = slicing.slice(
+        slicing.load(tmp_path / "step.stl", units="mm"), slicing.CylindricalBody(20), "planar", h_layer_mm=2
+    )
+    path = slicing.lay([sliced], width_mm=5)
+    for limit, refused in ((None, False), (3.0, False), (1.0, True)):
+        case = cell.parse_case({**data, "checks": {"overhang_mm": limit}}, tmp_path / "step.case.yaml")
+        job = cell.prepare(case, path)
+        assert bool(unsupported_targets(job)) == refused
+        assert set(unsupported_targets(job)) == set(unsupported_targets(cell.prepare(case))), limit
+
+
+def test_what_stands_beside_beads_given_in_python_is_there_or_told(make_case):
+    """Sub-volumes of the case that are built stand in the cell; those that nobody lays are told."""
+    made = make_case()
+    job = cell.prepare(cell.load_case(made))
+    path = slicing.Toolpath(job.targets, slicing.BeadParameters(width_mm=5))
+    case = cell.load_case(make_case("two", part={"sub_volumes": ["boss.stl", "boss.stl"], "built": ["SV2"]}))
+    beside = cell.prepare(case, path)
+    assert any(name.startswith("built/SV2/") for name in beside.shape.hulls)
+    case = cell.load_case(make_case("gone", part={"sub_volumes": ["boss.stl", "boss.stl"]}))
+    gone = cell.prepare(case, path)
+    assert not any(name.startswith("built/") for name in gone.shape.hulls)
+    assert any(str(line).startswith("SV2: neither in part.take nor in part.built") for line in gone.warnings)
+    case = cell.load_case(make_case("both", part={"sub_volumes": ["boss.stl"], "built": []}))
+    assert not any("neither in part.take" in str(line) for line in cell.prepare(case, path).warnings)
+    for built, says in ((["SV1"], "the toolpath lays SV1 as well"), (["SV9"], "no sub-volume 'SV9'")):
+        bad = cell.with_changes(case, part={**case.part.model_dump(exclude_unset=True), "built": built})
+        with pytest.raises(InputError, match=says):
+            cell.prepare(bad, path)

@@ -107,7 +107,7 @@ def test_a_wire_is_as_long_and_thick_as_it_is_modelled(under_a_roof):
 
 def test_a_wire_that_cuts_the_rim_of_the_support_anywhere_about_it_runs_through_metal(under_a_roof):
     job = under_a_roof
-    metal, support = Metal.of(job.case, job.shape, job.targets), job.case.support
+    metal, support = Metal.of(job.case, job.shape, job.targets, job.layers_lie_below), job.case.support
     turn = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
     n, none = len(turn), np.zeros(720, dtype=np.int64)
     radius = 1e-3

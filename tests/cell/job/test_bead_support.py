@@ -1,0 +1,172 @@
+"""What of another slicer's beads lies over nothing: told bead by bead, and refused where the case sets a limit."""
+
+import math
+
+import numpy as np
+import pytest
+import yaml
+
+from cell.case.read import load_case
+from cell.job.job import prepare
+from cell.job.overhang_check import targets_over_nothing, unsupported_targets
+from cell.motion.motion_file import ReadMotion
+from cell.verdict.check import check_fixed
+from cell.verification.motion_check import check_motion
+from slicing.document import targets_rows
+
+WIDTH, H = 5.0, 2.0
+
+
+def job_of(folder, lines, header="bead,layer,x,y,z,nx,ny,nz", **sections):
+    """A job of beads on a shaft of radius 20, z 0 .. 80."""
+    (folder / "beads.csv").write_text("\n".join([header, *(",".join(map(str, line)) for line in lines)]) + "\n")
+    case = {
+        "part": {"toolpath": "beads.csv", "body": {"radius_mm": 20, "z_mm": [0, 80]}, "rotation_deg": 180},
+        "slicing": {"h_layer_mm": H},
+        "beads": {"width_mm": WIDTH},
+        "support": {"radius_mm": 15, "height_mm": 120},
+        "positioner": {"position_mm": [1550, 0, 0], "rotation_deg": [0, 0, -90]},
+        "table": {"E1_deg": 90, "E2_deg": 180},
+    }
+    for name, section in sections.items():
+        case[name] = {**case.get(name, {}), **section} if isinstance(section, dict) else section
+    (folder / "beads.case.yaml").write_text(yaml.safe_dump(case), encoding="utf-8")
+    return prepare(load_case(folder / "beads.case.yaml"))
+
+
+def rings(*radii, layers=None):
+    """Arcs about the shaft at z = 40, one bead each."""
+    for bead, r in enumerate(radii):
+        for a in np.radians(np.linspace(-30, 30, 25)):
+            c, s = math.cos(a), math.sin(a)
+            layer = bead if layers is None else layers[bead]
+            yield bead, layer, round(r * c, 5), round(r * s, 5), 40, round(c, 7), round(s, 7), 0
+
+
+def wall(shift, count=6, below=False):
+    """A wall that grows upwards from the shaft's upper end, every layer shifted across by so much."""
+    for k in range(count):
+        for x in (-10, 10):
+            yield k, k, x, round(k * shift, 4), 80 + H * (k + below), 0, 0, 1
+
+
+def said(job):
+    return [line for line in job.warnings if getattr(line, "code", "") == "overhang"]
+
+
+@pytest.mark.parametrize(
+    ("radii", "layers", "hanging"),
+    [
+        ((20, 22, 24), None, {}),
+        ((20, 22, 24), (0, 0, 0), {}),  # whatever the layers are called
+        ((20.9, 22.9), None, {}),  # less than half a layer off
+        ((21.1, 23.1), None, {0: 1.1}),
+        ((40, 42), None, {0: 20.0}),
+        ((20, 22, 30), None, {2: 6.0}),
+        ((20, 22, 30), (0, 0, 0), {2: 6.0}),
+        ((24, 22, 20), None, {0: 4.0, 1: 2.0}),
+    ],
+)
+def test_beads_over_nothing_are_told(tmp_path, radii, layers, hanging):
+    job = job_of(tmp_path, rings(*radii, layers=layers))
+    found = {one.bead: one for one in job.overhanging_beads}
+    assert set(found) == set(hanging)
+    for bead, down in hanging.items():
+        one = found[bead]
+        assert one.down_mm == pytest.approx(down, abs=0.25)  # the metal below is made of chords
+        assert one.hanging_mm == pytest.approx(one.length_mm)
+        assert one.length_mm == pytest.approx(radii[bead] * math.pi / 3, rel=1e-3)
+        assert set(one.targets) == set(np.flatnonzero(job.targets.bead == bead).tolist())
+    assert len(said(job)) == len(hanging)
+    assert unsupported_targets(job) == {}
+
+
+def test_a_bead_beside_another_does_not_lie_on_it(tmp_path):
+    """Two of a layer, side by side, high above the shaft; the second is told as well."""
+    lines = [(bead, 0, 30, y, z, 1, 0, 0) for bead, z in enumerate((40, 43.75)) for y in (-10, 10)]
+    assert [one.bead for one in job_of(tmp_path, lines).overhanging_beads] == [0, 1]
+
+
+def test_the_part_of_a_bead_that_hangs_is_measured(tmp_path):
+    """A bead along the shaft that runs 10 mm out over its end."""
+    lines = [(0, 0, 20, 0, z, 1, 0, 0) for z in (50, 70, 90)]
+    (one,) = job_of(tmp_path, lines).overhanging_beads
+    assert one.length_mm == pytest.approx(40.0)
+    assert one.hanging_mm == pytest.approx(10.0, abs=1.3)
+    assert 80 < one.place_mm[2] < 90
+    assert one.targets == (2,)
+
+
+@pytest.mark.parametrize("below", [False, True])
+@pytest.mark.parametrize(
+    ("shift", "limit", "hangs"),
+    [
+        (2.4, None, False),  # by less than half a bead
+        (2.7, None, True),
+        (2.7, 3.0, False),
+        (3.2, 3.0, True),
+        (0.8, 1.0, False),
+        (1.2, 1.0, True),
+    ],
+)
+def test_a_wall_that_leans_stands_out_by_its_shift(tmp_path, shift, limit, hangs, below):
+    part = {"toolpath_metal": "below" if below else "above"}
+    checks = {} if limit is None else {"overhang_mm": limit}
+    data = {"toolpath": "beads.csv", "body": {"radius_mm": 20, "z_mm": [0, 80]}, **part}
+    job = job_of(tmp_path, wall(shift, below=below), part=data, checks=checks)
+    assert [one.bead for one in job.overhanging_beads] == (list(range(1, 6)) if hangs else [])
+    for one in job.overhanging_beads:
+        assert one.out_mm == pytest.approx(shift, abs=0.5)
+    refused = unsupported_targets(job)
+    assert set(refused) == (set(range(2, 12)) if hangs and limit is not None else set())
+    assert all(f.reason == "overhang" and f.limit == limit for f in refused.values())
+
+
+def test_what_carries_the_part_carries_beads(tmp_path):
+    """A bead beside the shaft: on a plate on the table, on the support, or on nothing."""
+    lines = [(0, 0, 60, y, 0, 0, 0, 1) for y in (-10, 10)]
+    plate = {
+        "name": "plate",
+        "box": {"size_mm": [200, 200, 20]},
+        "position_mm": [0, 0, 110],
+        "on": "table",
+    }
+    (one,) = job_of(tmp_path, lines).overhanging_beads
+    assert one.down_mm == pytest.approx(120.0, abs=0.3)  # the faceplate
+    assert job_of(tmp_path, lines, fixtures=[plate]).overhanging_beads == ()
+    assert job_of(tmp_path, lines, support={"radius_mm": 70}).overhanging_beads == ()
+
+
+def test_what_hangs_is_infeasible_where_the_case_limits_it(tmp_path):
+    lines = list(rings(20, 22, 26))
+    free = job_of(tmp_path, lines)
+    result = check_fixed(free, 90.0, 180.0)
+    assert result.feasible
+    assert set(targets_over_nothing(free)) == set(range(50, 75))
+    limited = job_of(tmp_path, lines, checks={"overhang_mm": 2.0})
+    refused = check_fixed(limited, 90.0, 180.0)
+    assert not refused.feasible
+    assert {i for i, row in enumerate(refused.rows) if row.reason == "overhang"} == set(range(50, 75))
+    read = ReadMotion(result.motion, np.arange(len(result.motion.t_s)) + 1, ())
+    assert check_motion(free, read).feasible
+    assert {f.reason for f in check_motion(limited, read).findings} == {"overhang"}
+
+
+@pytest.mark.parametrize(("thickness", "told"), [(1.39, False), (2.2, False), (1.3, True), (2.3, True), (0.01, True)])
+def test_beads_that_the_process_does_not_lay_are_told(tmp_path, thickness, told):
+    lines = [(*line, thickness) for line in rings(20)]
+    job = job_of(tmp_path, lines, "bead,layer,x,y,z,nx,ny,nz,thickness_mm")
+    found = [line for line in job.warnings if getattr(line, "code", "") == "bead_thickness"]
+    assert len(found) == told
+    assert all(f"{thickness:g} mm thick" in line for line in found)
+
+
+def test_own_beads_as_a_table_hang_where_their_layers_do(make_case, tmp_path):
+    """The boss of the fixture lies on its hub: none of it hangs, sliced here or read back."""
+    ours = prepare(load_case(make_case()))
+    header, rows = targets_rows(ours.targets)
+    assert targets_over_nothing(ours) == {}
+    text = "\n".join([",".join(header), *(",".join(str(v) for v in row) for row in rows)])
+    path = make_case("theirs", part={"toolpath": "theirs.csv", "sub_volumes": []})
+    (path.parent / "theirs.csv").write_text(text, encoding="utf-8")
+    assert prepare(load_case(path)).overhanging_beads == ()
