@@ -21,8 +21,8 @@ from cell.failure import ON_TRAVEL, Contact, Failure, Kind
 from cell.html.check_page import html_report
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
-from cell.planning import beads_ahead
-from cell.planning.beads_ahead import BeadsAhead
+from cell.planning.neighbours import beads_ahead
+from cell.planning.neighbours.beads_ahead import BeadsAhead
 from cell.planning.part_plan import plan_part
 from cell.planning.travels import home as home_module
 from cell.planning.travels.straight_travels import BeadGap, straight_travels

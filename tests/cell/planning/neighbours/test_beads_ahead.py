@@ -9,9 +9,9 @@ from support.jobs.searches import setup_of
 
 from cell import DEFAULT_CASE, load_case, prepare
 from cell.planning.bead_plan import plan_bead
-from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
 from cell.planning.edges.edge_check import SearchedBead
+from cell.planning.neighbours.beads_ahead import BeadsAhead
 from cell.planning.station_search import Ends, StationSearch
 
 
