@@ -37,6 +37,7 @@ KNOWN = 4  # last beads that were hard to find
 BESIDE = np.arange(-4.0, 5.0)  # rolls beside the other bead's, in the finer step
 TURNS = np.arange(-2, 3)  # of these, from target to target
 ROUNDS = 4  # ways that are followed
+PAIRS = 200_000  # of a target and a step of the other bead that are looked at together, for memory
 
 
 def last_hard(beads: Sequence[BeadPlan]) -> list[Stretch]:
@@ -108,15 +109,21 @@ def _turns(context: Context, roll: Floats) -> Floats:
 
 def _nearest(at: Floats, line: Floats, value: Floats) -> tuple[Floats, Floats]:
     """How far points (t, 3) are from a line through others (m, 3), and its value (m,) there: much as far along it."""
-    a, step = line[:-1], np.diff(line, axis=0)
-    along = np.einsum("tmi,mi->tm", at[:, None] - a, step) / np.maximum(np.einsum("mi,mi->m", step, step), 1e-18)
-    along = np.clip(along, 0.0, 1.0)
-    far = np.linalg.norm(at[:, None] - a - along[..., None] * step, axis=2)
+    a, step, turn = line[:-1], np.diff(line, axis=0), np.diff(value)
+    squared = np.maximum(np.einsum("mi,mi->m", step, step), 1e-18)
     share, there = _share(at), _share(line)
-    off = (there[1:] < share[:, None] - ALONG) | (there[:-1] > share[:, None] + ALONG)
-    k = np.argmin(np.where(off, np.inf, far), axis=1)
-    t = np.arange(len(at))
-    return far[t, k], value[k] + along[t, k] * np.diff(value)[k]
+    far, found = np.empty(len(at)), np.empty(len(at))
+    together = max(PAIRS // len(step), 1)
+    for first in range(0, len(at), together):
+        some = slice(first, first + together)
+        off = at[some, None] - a
+        along = np.clip(np.einsum("tmi,mi->tm", off, step) / squared, 0.0, 1.0)
+        distance = np.linalg.norm(off - along[..., None] * step, axis=2)
+        away = (there[1:] < share[some, None] - ALONG) | (there[:-1] > share[some, None] + ALONG)
+        k = np.argmin(np.where(away, np.inf, distance), axis=1)
+        t = np.arange(len(k))
+        far[some], found[some] = distance[t, k], value[k] + along[t, k] * turn[k]
+    return far, found
 
 
 def _share(line: Floats) -> Floats:

@@ -135,3 +135,12 @@ def test_it_is_asked_for_where_the_quick_search_finds_none_and_a_search_in_full_
         assert (bead.hard, not full) == (as_hard, as_hard)
         assert not judge.lost
     assert last_hard([replace(hard, hard=False)]) == []
+
+
+def test_of_long_beads_every_target_is_told_how_far_the_other_bead_is() -> None:
+    x = np.linspace(0.0, 3.0, 2000)
+    line = np.column_stack([x, 0.0 * x, 0.0 * x])
+    at = np.column_stack([x[::2] + 3e-4, 0.002 + 0.001 * np.sin(x[::2]), 0.0 * x[::2]])
+    far, value = similar_bead._nearest(at, line, 0.5 * x)
+    np.testing.assert_allclose(far, at[:, 1], atol=1e-12)
+    np.testing.assert_allclose(value, 0.5 * at[:, 0], atol=1e-12)
