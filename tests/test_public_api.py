@@ -133,6 +133,7 @@ def example() -> str:
     return block("python example")
 
 
+@pytest.mark.slow
 def test_the_readmes_complete_case_is_feasible_with_the_mesh_it_names(tmp_path, monkeypatch, capsys):
     (tmp_path / "blade.case.yaml").write_text(block("complete case"), encoding="utf-8")
     (tmp_path / "propeller.stl").write_bytes((ROOT / "models" / "parts" / "propeller.stl").read_bytes())

@@ -78,7 +78,7 @@ def every_bead_postponed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[
     return make
 
 
-@pytest.mark.parametrize("chunking", [None, FOUR], ids=["one chunk", "four"])
+@pytest.mark.parametrize("chunking", [None, pytest.param(FOUR, marks=pytest.mark.slow)], ids=["one chunk", "four"])
 def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_bead_postponed, chunking):
     at_once = every_bead_postponed(no_budget=False)
     plan = planned(job, chunking)

@@ -77,6 +77,7 @@ def test_a_part_that_stands_still_has_a_base_that_no_axis_moves(tmp_path):
     np.testing.assert_allclose(T[:3, 3] * 1e3, result.job.targets.position[0], atol=2e-3)
 
 
+@pytest.mark.slow
 def test_a_base_by_number_stands_still_as_well(tmp_path):
     _, made = exported(tmp_path, BENCH, [], controller={"base": 3})
     assert "$BASE = BASE_DATA[3]" in "".join(made.files.values())

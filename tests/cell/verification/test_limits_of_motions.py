@@ -130,7 +130,9 @@ def test_how_far_off_the_bead_the_tcp_is(good: Result) -> None:
     assert Kind.OFF_BEAD in {f.failure.kind for f in outside.findings}
 
 
-@pytest.mark.parametrize(("axis", "turn"), [(0, 2e-4), (5, 0.02), (3, -0.01)])
+@pytest.mark.parametrize(
+    ("axis", "turn"), [(5, 0.02), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((0, 2e-4), (3, -0.01)))]
+)
 def test_the_distance_reported_is_that_from_the_bead(good: Result, axis: int, turn: float) -> None:
     """Against points 10 um apart on the bead's stretches next to the row's target."""
     q = good.motion.q.copy()

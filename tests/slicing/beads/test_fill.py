@@ -190,7 +190,9 @@ def test_lines_to_and_fro_are_spread_so_that_joints_and_rounds_are_no_surplus(sh
         assert [line for line in laid.warnings if getattr(line, "code", None) == Code.DEPOSIT_SHARE] == []
 
 
-@pytest.mark.parametrize(("radius", "high"), [(20.0, 18.0), (20.0, 25.0), (10.0, 30.0)])
+@pytest.mark.parametrize(
+    ("radius", "high"), [(10.0, 30.0), *(pytest.param(20.0, high, marks=pytest.mark.slow) for high in (18.0, 25.0))]
+)
 def test_lines_about_a_body_lay_what_a_ring_takes(radius: float, high: float) -> None:
     tube = Manifold.cylinder(high, radius + 5, radius + 5, 256) - Manifold.cylinder(3 * high, radius - 1, -1, 256, True)
     sliced = slice_sub_volume(from_manifold(tube), CylindricalBody(radius), SlicingParameters("cylindrical"))

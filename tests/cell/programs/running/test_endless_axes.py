@@ -117,6 +117,7 @@ def test_a_program_is_run_the_way_an_endless_axis_turns(boss_on, tmp_path, first
     assert len(told) == (abs(first_E2 - E2) > 180)
 
 
+@pytest.mark.slow
 def test_a_program_is_run_as_its_numbers_say_where_the_axis_has_a_range(boss_on, tmp_path):
     result = rerun(tmp_path, boss_on('range="-350 460"'), 450.0)
     assert span(result) == pytest.approx(300.0)
