@@ -11,6 +11,7 @@ BOUNDS, DETECTION, OWN = (
     "cell/mjcf/test_detection.py",
     "acceptance/test_own_motion.py",
 )
+AS_WRITTEN = "cell/scene/test_models_as_written.py"
 ROUNDINGS = "cell/collision/test_blend_proofs.py"
 SHEETS = "cell/collision/test_blend_sheets.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
@@ -30,7 +31,7 @@ LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/ver
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_near_spherical_wrist.py"
 SURFACES = "slicing/surfaces/test_surfaces.py"
 CUTS, CUT_SEARCH = "cell/planning/cuts/test_bead_cut.py", "cell/planning/cuts/test_cut_search.py"
-LOSS_AHEAD = "cell/planning/test_loss_ahead.py"
+LOSS_AHEAD, SIMILAR = "cell/planning/test_loss_ahead.py", "cell/planning/neighbours/test_similar_bead.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
@@ -41,7 +42,7 @@ SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
 ENDLESS = "cell/programs/running/test_endless_axes.py"
-NEAR = "cell/programs/running/test_speed_near_beads.py"
+NEAR_BEADS = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
@@ -69,13 +70,26 @@ class Mutant:
 
 MUTANTS = (
     # models of an integrator's own cell
+    Mutant("cell/scene/workpiece.py", '"pos": found.centre}', '"pos": 0.0 * found.centre}', ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/fixture_mesh.py", "found = read_triangles(path, units)", 'found = read_triangles(path, "mm")', ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/convex_pieces.py", "spread[2] > max(THIN * spread[0], least)", "spread[2] > THIN * spread[0]", ("cell/mjcf/test_convex_pieces.py",)),
+    Mutant("slicing/mesh/files/glb.py", "_require_plain(file, _described(file))", "_described(file)", ("slicing/mesh/files/test_files.py",)),
+    Mutant("slicing/mesh/files/ply.py", "elif element.name in STRIPS and element.rows:", "elif False:", ("slicing/mesh/files/test_files.py",)),
+    Mutant("slicing/mesh/files/three_mf.py", 'elif tag == "beam":', "elif False:", ("slicing/mesh/files/test_files.py",)),
+    Mutant("slicing/mesh/load.py", "if not np.isfinite(found.vertices[found.faces]).all():", "if False:", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/scene/equipment.py", "if not np.array_equal(frame.scale, np.ones(3)):", "if False:", (AS_WRITTEN,)),
+    Mutant("cell/scene/equipment.py", '    _own_numerics(tool, "tool")\n', "", (AS_WRITTEN,)),
+    Mutant("cell/scene/workpiece.py", 'body.add_site(default=world.default, name="part"', 'body.add_site(name="part"', (AS_WRITTEN,)),
+    Mutant("cell/scene/workpiece.py", '        "default": world.default,\n        "name": fixture.name,', '        "name": fixture.name,', (AS_WRITTEN,)),
+    Mutant("cell/mjcf/held_joints.py", "c = element.compiler", "c = spec.compiler", (AS_WRITTEN,)),
+    Mutant("cell/mjcf/asset_files.py", "[-1] if spec.strippath else file", "[-1] if False else file", (AS_WRITTEN,)),
+    Mutant("cell/mjcf/fitted_shapes.py", 'made.meshname, made.fromto = "", np.full(6, np.nan)', "pass", ("cell/mjcf/test_fitted_shapes.py",)),
     Mutant("cell/scene/contacts.py", "apart >= 2 or not self._neighbours(outer, inner, self.weld_of_model)", "apart >= 2", ("cell/scene/test_two_joints_in_one_body.py",)),
     Mutant("cell/scene/equipment.py", "if len(child.worldbody.geoms) or own_origin:", "if len(child.worldbody.geoms):", ("cell/scene/test_compose.py",)),
     Mutant("cell/mjcf/wire_end.py", "if beside > max(BESIDE, *", "if beside > 10 * max(BESIDE, *", ("cell/mjcf/test_wire_end.py",)),
     Mutant("cell/mjcf/wire_end.py", "if abs(ahead) <= OFF_END:", "if ahead <= OFF_END:", ("cell/mjcf/test_wire_end.py",)),
-    Mutant("cell/scene/workpiece.py", 'if path.suffix.lower() != ".obj":', "if True:", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/finite_numbers.py", "found = np.flatnonzero(~(np.abs(values) <= LARGEST).all(axis=1))", "found = np.flatnonzero((np.abs(values) > LARGEST).any(axis=1))", ("cell/mjcf/test_finite_numbers.py",)),
-    Mutant("cell/scene/workpiece.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
+    Mutant("cell/mjcf/fixture_mesh.py", "if extent < SMALL_MM:", "if False:", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/scene/absent_shapes.py", "float(reach.max()) < TINY * way", "float(reach.max()) < 0", ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/chain_from_model.py", 'TABLE_AXES = ("E1", "E2")', 'TABLE_AXES = ("E1",)', ("cell/mjcf/test_chain_from_model.py",)),
     Mutant("cell/collision/table_clearances.py", "for g, t in [*near, *own.tolist()]:", "for g, t in near:", ("cell/scene/test_two_joints_in_one_body.py",)),
@@ -220,10 +234,10 @@ MUTANTS = (
     Mutant("cell/planning/travels/straight_travels.py", "    good[of[found.distance < room]] = False\n", "", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "        good[of[k[step]]] = False\n", "", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "path if is_clear else None", "path", (STRAIGHT,)),
-    Mutant("cell/planning/beads_ahead.py", "if beads[0].whole and known.gap.start is beads[0].stretches[0]:", "if known.gap.start is not None:", (HOME,)),
-    Mutant("cell/planning/beads_ahead.py", "if beads[-1].whole and known.gap.end is beads[-1].stretches[0]:", "if known.gap.end is not None:", (HOME,)),
+    Mutant("cell/planning/neighbours/beads_ahead.py", "if beads[0].whole and known.gap.start is beads[0].stretches[0]:", "if known.gap.start is not None:", (HOME,)),
+    Mutant("cell/planning/neighbours/beads_ahead.py", "if beads[-1].whole and known.gap.end is beads[-1].stretches[0]:", "if known.gap.end is not None:", (HOME,)),
     Mutant("cell/planning/travels/home.py", "path is not None and np.array_equal(path.q[row], stretch.axes[at])", "path is not None", (HOME,)),
-    Mutant("cell/planning/beads_ahead.py", "BeadGap(beads[-1].stretches[0], None, int(self._context.laid[span.stop - 1]))", "BeadGap(beads[-1].stretches[0], None, 0)", (HOME,)),
+    Mutant("cell/planning/neighbours/beads_ahead.py", "BeadGap(beads[-1].stretches[0], None, int(self._context.laid[span.stop - 1]))", "BeadGap(beads[-1].stretches[0], None, 0)", (HOME,)),
     Mutant("cell/planning/travels/straight_travels.py", "left[of[step[proved.kept < room]]] = True", "pass", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "np.append(-np.inf, kept[:-1])", "np.append(np.inf, kept[:-1])", (STRAIGHT,)),
     Mutant("cell/planning/travels/travel.py", "kept_on_steps(low, q, radius)", "np.append(low[:-1], -np.inf)", (STRAIGHT,)),
@@ -317,8 +331,8 @@ MUTANTS = (
     Mutant("cell/programs/exported/exported.py", "[*case_files(self.job.case), *reads]", "reads", (EXPORTED,)),
     Mutant("cell/programs/exported/written_files.py", "if made and not done and folder is not None:", "if False:", (EXPORTED,)),
     Mutant("cell/programs/program_check.py", "    yield from _tools(run, job)\n", "", (PROGRAMS,)),
-    Mutant("cell/programs/from_motion.py", "np.flatnonzero(np.diff(near[begin - at : w - at]))", "np.zeros(0, dtype=np.int64)", (NEAR,)),
-    Mutant("cell/programs/from_motion.py", "        if slow:\n            limit", "        if False:\n            limit", (NEAR,)),
+    Mutant("cell/programs/from_motion.py", "np.flatnonzero(np.diff(near[begin - at : w - at]))", "np.zeros(0, dtype=np.int64)", (NEAR_BEADS,)),
+    Mutant("cell/programs/from_motion.py", "        if slow:\n            limit", "        if False:\n            limit", (NEAR_BEADS,)),
     Mutant("cell/programs/krl/setting.py", "integer(value, scope) if name in _ARRAYS or path in _WHOLE else number", "number", ("cell/programs/krl/test_krl_read.py",)),
     Mutant("cell/programs/from_motion.py", "max(math.floor(percent + 1e-9), 1) / 100", "percent / 100", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/cell_controller.py", "    if base.coupled:\n        reported.append", "    if False:\n        reported.append", ("cell/programs/test_export.py",)),
@@ -401,12 +415,13 @@ MUTANTS = (
     Mutant("cell/planning/part_plan.py", "        found = [run.with_bead(ahead) if run.has(ahead) else run for run in found]\n", "", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "return replace(bead, open=frozenset([bead.first]))", "return bead", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "if self.run.begun is not None or self.judge.every:", "if self.run.begun is not None:", (LOSS_AHEAD,)),
+    Mutant("cell/planning/neighbours/similar_bead.py", "        if not bad:\n", "        if len(bad) <= 1:\n", (SIMILAR,)),
     Mutant("cell/planning/loss_ahead.py", "if search.run() is not None:", "if False:", (LOSS_AHEAD, CUTS)),
     Mutant("cell/planning/travels/straight_travels.py", "_have_room(context.checker, paths, 2 * context.settings.clearance)", "_have_room(context.checker, paths, 3 * context.settings.clearance)", (LOSS_AHEAD,)),
     Mutant("cell/part_chunks/chunked_plan.py", "                bead = replace(bead, open=frozenset([bead.first]))\n", "                pass\n", (LOSS_AHEAD,)),
     Mutant("cell/planning/collision_free_rolls.py", "hides &= (known.room[:-1] < 0) & (known.room[1:] < 0)", "hides[:] = False", (CUTS,)),
     Mutant("cell/planning/blocking_layers.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_blocking_layers.py",)),
-    Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),
+    Mutant("cell/planning/neighbours/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/neighbours/test_beads_ahead.py",)),
     # what the README promises of rows, layers, programs, remedies and logs
     Mutant("cell/planning/context.py", "position: float = 16e-3", "position: float = 60e-3", (STEPS,)),
     Mutant("cell/planning/context.py", "angle: float = np.deg2rad(2.0)", "angle: float = np.deg2rad(9.0)", (STEPS,)),

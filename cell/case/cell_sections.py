@@ -160,7 +160,7 @@ class Fixture(Section):
     name: Name = Field(description="name in reports")
     box: Box | None = None
     cylinder: CylinderFixture | None = None
-    mesh: FileName | None = Field(None, description="file of a closed mesh")
+    mesh: FileName | None = Field(None, description="file of closed meshes: STL, OBJ, PLY, OFF, GLB or 3MF")
     units: Literal["mm", "cm", "m", "inch"] = Field("mm", description="unit of the mesh")
     position_mm: Vec3 = Field((0.0, 0.0, 0.0), description="position of its centre (of a mesh: of the mesh's origin)")
     rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="rotation about x, y, z, in this order")

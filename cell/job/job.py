@@ -426,7 +426,6 @@ def _laid_here(case: Case) -> tuple[PartInput, Toolpath]:
     return part, Toolpath(targets, case.beads, laid, warnings=said)
 
 
-@phase("reading the toolpath")
 def _with_overhang_limit(case: Case, path: Toolpath) -> Toolpath:
     """A toolpath of layers sliced here whose overhangs are those beyond the case's limit, where it sets one."""
     limit = case.checks.overhang_mm
@@ -435,6 +434,7 @@ def _with_overhang_limit(case: Case, path: Toolpath) -> Toolpath:
     return replace(path, laid=tuple(replace(one, overhangs=overhangs(one.sliced, limit)) for one in path.laid))
 
 
+@phase("reading the toolpath")
 def _read_path(case: Case) -> Toolpath:
     """A case's toolpath of another slicer."""
     from slicing import read_toolpath

@@ -33,7 +33,7 @@ def settle_files(spec: mujoco.MjSpec, path: Path) -> None:
     unknown = []
     for mesh in spec.meshes:
         if mesh.file:
-            at = (path.parent / spec.meshdir / mesh.file).resolve()
+            at = _place_of(mesh.file, spec, path.parent / spec.meshdir)
             if nested or not at.is_file():
                 unknown.append(mesh)
             else:
@@ -42,10 +42,16 @@ def settle_files(spec: mujoco.MjSpec, path: Path) -> None:
         _write_in(spec, unknown, path)
     for hfield in spec.hfields:
         if hfield.file:
-            hfield.file = str((path.parent / spec.meshdir / hfield.file).resolve())
+            hfield.file = str(_place_of(hfield.file, spec, path.parent / spec.meshdir))
     for texture in spec.textures:
         if texture.file:
-            texture.file = str((path.parent / spec.texturedir / texture.file).resolve())
+            texture.file = str(_place_of(texture.file, spec, path.parent / spec.texturedir))
+    spec.strippath = False  # of the names as they are now
+
+
+def _place_of(file: str, spec: mujoco.MjSpec, folder: Path) -> Path:
+    """Where MuJoCo reads a file of a model; with `strippath` the folders that the model names do not count."""
+    return (folder / (re.split(r"[\\/]", file)[-1] if spec.strippath else file)).resolve()
 
 
 def _attaches(path: Path) -> bool:

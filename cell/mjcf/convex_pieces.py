@@ -33,6 +33,7 @@ LEAST_GAIN = 1e-5  # share of a hull's volume, of rounding
 TRIANGLES = 4000  # that planes are tried on at each cut: fewer planes for finer meshes
 WORK = 60_000  # triangles checked for cuts in all
 THIN = 1e-6  # thickness over length of what may be left where a cut runs along a face
+GRAIN = 1e-6  # of a mesh's length: a piece thinner than this is lost in single precision, in which MuJoCo has it
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 MOST_OUTSIDE = 1e-5  # share of a mesh's length by which its surface may be outside its pieces: rounding
 MOST_TESTS = 200_000_000  # of points against planes of the pieces' hulls
@@ -73,7 +74,7 @@ def convex_pieces(mesh: trimesh.Trimesh, most: int = MOST_PIECES) -> ConvexPiece
         return ConvexPieces((np.asarray(mesh.vertices, dtype=np.float64),), np.inf)
     volume = whole.volume()
     parts = _parts(whole)
-    if not all(_is_thick(_corners(part)) for part in parts):
+    if not all(is_thick(_corners(part)) for part in parts):
         raise ValueError(f"a part of the mesh is thinner than {THIN:g} of its length; make it thicker")
     heap = [(-_lacks(piece), number, piece) for number, piece in enumerate(parts)]
     heapq.heapify(heap)
@@ -128,24 +129,33 @@ def _parts(solid: Manifold) -> list[Manifold]:
 
 def _without_slivers(hulls: list[Floats]) -> Iterator[Floats]:
     """Hulls with a volume; those too thin to be one made thicker, or left out where another holds them."""
-    thick = [hull for hull in hulls if _is_thick(hull)]
+    grain = GRAIN * float(np.ptp(np.concatenate(hulls), axis=0).max())
+    thick = [hull for hull in hulls if is_thick(hull, grain)]
     yield from thick
     if len(thick) == len(hulls):
         return
     from scipy.spatial import ConvexHull  # heavy: only where a hull is thin
 
     faces = [ConvexHull(hull).equations for hull in thick]
-    for thin in (hull for hull in hulls if not _is_thick(hull)):
-        slack = THIN * float(np.ptp(thin, axis=0).max())
+    for thin in (hull for hull in hulls if not is_thick(hull, grain)):
+        slack = max(THIN * float(np.ptp(thin, axis=0).max()), grain)
         if any((thin @ one[:, :3].T + one[:, 3]).max() <= slack for one in faces):
             continue  # of the rounding of a cut along a face
         yield (thin[:, None] + 4 * slack * CORNERS).reshape(-1, 3)
 
 
-def _is_thick(points: Floats) -> bool:
-    """Whether points enclose a volume and not only the rounding of a cut."""
+def is_thick(points: Floats, least: float = 0.0) -> bool:
+    """Whether points enclose a volume and not only the rounding of a cut.
+
+    Args:
+        points: (k, 3).
+        least: thickness below which they do not, unit of the points.
+
+    Returns:
+        Whether they do.
+    """
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
-    return bool(spread[2] > THIN * spread[0])
+    return bool(spread[2] > max(THIN * spread[0], least))
 
 
 def _solid(mesh: trimesh.Trimesh) -> Manifold | None:

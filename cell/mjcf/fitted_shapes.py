@@ -11,6 +11,7 @@ from __future__ import annotations
 import warnings
 
 import mujoco
+import numpy as np
 
 from ..errors import InputError
 
@@ -43,4 +44,7 @@ def settle_fits(spec: mujoco.MjSpec, what: str) -> None:
         rgba = geom.rgba.copy()
         spec.delete(geom)
         # in its body and in no frame: so is where MuJoCo says that it is
-        body.add_geom(**keeps, rgba=rgba, size=own.size.copy(), pos=own.pos.copy(), quat=own.quat.copy())
+        made = body.add_geom(**keeps, rgba=rgba, size=own.size.copy(), pos=own.pos.copy(), quat=own.quat.copy())
+        # what the body's default class says of shapes, the mesh to fit for one, is in these numbers already
+        made.meshname, made.fromto = "", np.full(6, np.nan)
+        made.alt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT

@@ -218,15 +218,16 @@ def resolved(spec: mujoco.MjSpec, element: mujoco.MjsBody | mujoco.MjsSite) -> F
     """The orientation of a body or site in its frame as a quaternion wxyz, however it was written.
 
     Args:
-        spec: the model it was read with; its compiler says what angles mean.
-        element: the body or site.
+        spec: the model it is in.
+        element: the body or site; the compiler of its own file says what its angles mean, which of an attached model
+            is another.
 
     Returns:
         (4,), of length 1.
     """
     quat = np.array(element.quat, dtype=float)
     if element.alt.type != mujoco.mjtOrientation.mjORIENTATION_QUAT:
-        c = spec.compiler
+        c = element.compiler
         quat = np.array(spec.resolve_orientation(degree=bool(c.degree), sequence=c.eulerseq, orientation=element.alt))
     unit: Floats = quat / np.linalg.norm(quat)
     return unit

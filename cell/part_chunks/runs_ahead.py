@@ -22,8 +22,8 @@ from ..planning.bead_plan import reduced_budget
 from ..planning.bead_runs import PartPlan, PlannedRun
 from ..planning.edges.edge_check import Stretch
 from ..planning.travels.home import (
-    FoundHomeTravel,
     FoundHomeTravels,
+    FoundHomeWay,
     HomeTravels,
     search_from_home,
     search_to_home,
@@ -81,7 +81,7 @@ class RunsAhead:
         """
         span = shared.context.span
         self._goes_home = span.start is not None or span.end is not None
-        self._home: dict[str, FoundHomeTravel | None] = {}  # ways that are searched; None until one has come
+        self._home: dict[str, FoundHomeWay | None] = {}  # ways that are searched; None until one has come
         self._chunks: dict[int, _PlannedChunk] = {}  # that are run
         self._found: dict[int, _Ahead] = {}
 
@@ -115,7 +115,7 @@ class RunsAhead:
 
     def done(self, task: Task, result: object) -> None:
         """Take what came of such a task."""
-        if isinstance(result, FoundHomeTravel) and isinstance(task.key, str):
+        if isinstance(result, FoundHomeWay) and isinstance(task.key, str):
             self._home[task.key] = replace(result, bead=task.item)  # this itself, not a copy that was sent
         elif isinstance(result, _Ahead) and isinstance(task.key, tuple):
             self._found[task.key[1]] = result
@@ -196,11 +196,11 @@ def _are_same(some: Sequence[object], others: Sequence[object]) -> bool:
     return len(some) == len(others) and all(a is b for a, b in zip(some, others, strict=True))
 
 
-def _searched_from_home(shared: Shared, first: BeadPlan, _: Tick) -> FoundHomeTravel:
+def _searched_from_home(shared: Shared, first: BeadPlan, _: Tick) -> FoundHomeWay:
     return search_from_home(shared.context, first)
 
 
-def _searched_to_home(shared: Shared, last: BeadPlan, _: Tick) -> FoundHomeTravel:
+def _searched_to_home(shared: Shared, last: BeadPlan, _: Tick) -> FoundHomeWay:
     return search_to_home(shared.context, last)
 
 

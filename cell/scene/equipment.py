@@ -14,6 +14,7 @@ from __future__ import annotations
 import difflib
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -37,7 +38,6 @@ from .composition import BodyOwner, CellAssembly, one_line
 
 UNUSED = ("unused/E1", "unused/E2")  # joints of axes that a positioner does not have
 ROOT, PLATE = "fixed_table", "fixed_table_plate"  # bodies of a table without axes
-UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}
 DRIVEN = ("actuators", "sensors", "tendons", "equalities", "keys", "tuples", "texts", "skins")
 VISUAL_SETTINGS = ("global_", "headlight", "map", "quality", "rgba", "scale")
 SIZES = (
@@ -72,12 +72,28 @@ def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise InputError(f"{path}: is not an MJCF that MuJoCo can read: {one_line(error)}") from None
+    _require_unscaled(spec, path)
     settle_files(spec, path)
     # bodies that are fused and shapes that are dropped would be missed where the model is compiled by itself: what is
     # known of a site or a shape is known in the frame of its own body. Masses do not matter here.
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
     spec.compiler.settotalmass = -1.0
     return spec
+
+
+def _require_unscaled(spec: mujoco.MjSpec, path: Path) -> None:
+    """Refuse frames with a scale: what the cell puts into them, the torch or the part, would be scaled as well.
+
+    Raises:
+        InputError: a frame has one.
+    """
+    for frame in spec.frames:
+        if not np.array_equal(frame.scale, np.ones(3)):
+            factors = " ".join(f"{factor:g}" for factor in frame.scale)
+            raise InputError(
+                f"{path}: a frame {frame.name or 'without a name'} has scale {factors}, which is not supported; save "
+                'the model with scaled numbers (savecompiled="true" of its compiler, and MuJoCo\'s compile)'
+            )
 
 
 def _prepared(assembly: CellAssembly, spec: mujoco.MjSpec, what: str) -> mujoco.MjSpec:
@@ -212,10 +228,17 @@ def add_robot(assembly: CellAssembly) -> HeldJoints:
     for wire in case.tool.wire:
         if tool.geom(wire) is None:
             raise InputError(f"{case.path}: tool.wire: {case.tool.model} has no geom named {wire!r}")
+    _own_numerics(tool, "tool")
     _prepared(assembly, tool, "tool")
     flange = world.site(assembly.name(BodyOwner.ROBOT, "sites", case.robot.flange))
     _put(assembly, tool, BodyOwner.TOOL, flange.parent, pos, quat)
     return replace(held, warnings=(*held.warnings, *held_by_tool.warnings))
+
+
+def _own_numerics(spec: mujoco.MjSpec, what: str) -> None:
+    """Set figures of a model apart from the arm's, whose speeds and accelerations they would be taken for."""
+    for numeric in list(spec.numerics):
+        numeric.name = f"{what}_{numeric.name}"
 
 
 def _own_places(case: Case, section: str) -> OwnPlaces:
@@ -256,8 +279,7 @@ def add_positioner(assembly: CellAssembly) -> HeldJoints:
     if positioner.site(given.table) is None:
         raise InputError(f"{case.path}: positioner.table: {given.model} has no site named {given.table!r}")
     check_planned(held, given.joints, _own_places(case, "positioner"))
-    for numeric in list(positioner.numerics):
-        numeric.name = f"positioner_{numeric.name}"
+    _own_numerics(positioner, "positioner")
     _prepared(assembly, positioner, "positioner")
     place, quat = np.array(given.position_mm) * METRES_PER_MM, quaternion_about(given.rotation_deg)
     place, quat = calibrated(assembly, positioner, place, quat)
@@ -273,18 +295,18 @@ def add_positioner(assembly: CellAssembly) -> HeldJoints:
         pos, quat = assembly.table
         plate = world.site(assembly.name(BodyOwner.POSITIONER, "sites", given.table)).parent
         plate = plate.add_body(name=PLATE, pos=pos, quat=quat)
-        _still(plate, UNUSED)
+        _still(plate, UNUSED, world.default)
         assembly.table = (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
         held = replace(held, warnings=(*held.warnings, *_without_shape(case)))
     elif len(given.joints) == 1:
-        _still(world.worldbody.add_body(name="unused"), UNUSED)
+        _still(world.worldbody.add_body(name="unused"), UNUSED, world.default)
     return held
 
 
-def _still(body: mujoco.MjsBody, joints: tuple[str, ...]) -> None:
-    """Give a body joints that nothing ever moves."""
+def _still(body: mujoco.MjsBody, joints: tuple[str, ...], plain: mujoco.MjsDefault) -> None:
+    """Give a body joints that nothing ever moves, of the cell's own defaults."""
     for name, axis in zip(joints, ((1, 0, 0), (0, 0, 1)), strict=True):
-        body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
+        body.add_joint(default=plain, name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
     # MuJoCo wants mass and inertia of what moves, and writes them where their place is given as well
     body.explicitinertial, body.mass, body.inertia = True, 1.0, (1.0, 1.0, 1.0)
     body.ipos, body.iquat = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)

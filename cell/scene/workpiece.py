@@ -8,7 +8,6 @@ Use:
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,22 +16,19 @@ import numpy as np
 from manifold3d import Manifold
 
 from ik.chain import Floats
-from slicing import Code, Mesh, PartError, PartShape, Warning, read_triangles
+from slicing import Code, Mesh, PartError, PartShape, Warning
 
 from ..case.cell_sections import Fixture
 from ..case.part_sections import Support
 from ..case.sections import Case
 from ..errors import InputError
-from ..mjcf.convex_pieces import ConvexPieces, convex_pieces
+from ..mjcf.fixture_mesh import FILLED, fixture_mesh
 from ..units import METRES_PER_MM
 from .composition import BodyOwner, CellAssembly, one_line
 from .contacts import SOLID, WIRE
-from .equipment import PLATE, UNIT, quaternion_about
+from .equipment import PLATE, quaternion_about
 
 MANY_PIECES = 256  # of the part in one body
-
-SMALL_MM = 5.0  # of a fixture's mesh, that is rather in another unit
-FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
 
 COLOUR = {
     "support": (0.42, 0.44, 0.47, 1.0),
@@ -57,20 +53,22 @@ def add_part(assembly: CellAssembly, part: PartShape, together: int = MANY_PIECE
     pos, quat = assembly.table
     fixed = _table_body(assembly).add_body(name="workpiece", pos=pos, quat=quat)
     assembly.piece["workpiece"] = BodyOwner.SUPPORT
-    lift = 0.0 if case.support is None else _add_support(fixed, case.support)
+    lift = 0.0 if case.support is None else _add_support(world, fixed, case.support)
     place = np.array(case.part.position_mm) * METRES_PER_MM + (0.0, 0.0, lift)
     body = fixed.add_body(name="part", pos=place, quat=quaternion_about((0.0, 0.0, case.part.rotation_deg)))
     assembly.piece["part"] = BodyOwner.PART
-    body.add_site(name="part", size=(0.002, 0.002, 0.002), group=4)
+    # of the cell's own defaults: those of the table's body would count otherwise (childclass)
+    body.add_site(default=world.default, name="part", size=(0.002, 0.002, 0.002), group=4)
     _add_visuals(world, body, part)
     assembly.warnings += _filled_body(case, part)
     _add_hulls(assembly, body, part, together)
 
 
-def _add_support(body: mujoco.MjsBody, support: Support) -> float:
+def _add_support(world: mujoco.MjSpec, body: mujoco.MjsBody, support: Support) -> float:
     """The support that the part stands on: it is seen and it collides. Its height, m."""
     radius, height = support.radius_mm * METRES_PER_MM, support.height_mm * METRES_PER_MM
     shape = {
+        "default": world.default,
         "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
         "size": (radius, height / 2, 0),
         "pos": (0, 0, height / 2),
@@ -91,6 +89,7 @@ def _add_visuals(world: mujoco.MjSpec, body: mujoco.MjsBody, part: PartShape) ->
         )
         colour = COLOUR["body" if name == "body_visual" else "part"]
         body.add_geom(
+            default=world.default,
             name=name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=name,
@@ -112,6 +111,7 @@ def _add_hulls(assembly: CellAssembly, body: mujoco.MjsBody, part: PartShape, to
             assembly.piece[holder.name] = BodyOwner.PART
         world.add_mesh(name=name, uservert=(vertices * METRES_PER_MM).ravel())
         holder.add_geom(
+            default=world.default,
             name=name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=name,
@@ -169,12 +169,16 @@ def add_fixture(assembly: CellAssembly, fixture: Fixture) -> None:
     )
     assembly.piece[name] = BodyOwner.FIXTURE
     options = {
+        "default": world.default,
         "name": fixture.name,
         "rgba": COLOUR["fixture"],
         "group": 3,
         "contype": SOLID,
         "conaffinity": SOLID | WIRE,
     }
+    if fixture.mesh is not None:
+        _add_solids(assembly, fixture, body, options)
+        return
     if fixture.box is not None:
         shape = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": np.array(fixture.box.size_mm) * METRES_PER_MM / 2}
     elif fixture.cylinder is not None:
@@ -183,95 +187,42 @@ def add_fixture(assembly: CellAssembly, fixture: Fixture) -> None:
             "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
             "size": np.array([radius, height / 2, 0]) * METRES_PER_MM,
         }
-    else:
-        shape = {
-            "type": mujoco.mjtGeom.mjGEOM_MESH,
-            "meshname": _fixture_mesh(world, case, fixture),
-        }
-        for solid in _solids(assembly, fixture, shape):
-            body.add_geom(**{**options, **solid})
-    if fixture.mesh is None:
-        body.add_geom(**shape, **options)
-    look = {**options, "name": f"{name}/visual", "group": 2, "contype": 0, "conaffinity": 0}
-    body.add_geom(**shape, **look)
+    body.add_geom(**shape, **options)
+    body.add_geom(**{**shape, **options, **_to_look_at(name)})
 
 
-def _fixture_mesh(world: mujoco.MjSpec, case: Case, fixture: Fixture) -> str:
-    """Add a fixture's mesh; its name.
+def _to_look_at(name: str) -> dict[str, Any]:
+    return {"name": f"{name}/visual", "group": 2, "contype": 0, "conaffinity": 0}
+
+
+def _add_solids(assembly: CellAssembly, fixture: Fixture, body: mujoco.MjsBody, options: dict[str, Any]) -> None:
+    """Add a fixture's mesh: what is seen of it, and its convex pieces, which collide.
 
     Raises:
-        InputError: there is no such file.
+        InputError: there is no such file, or it cannot be used.
     """
-    path = Path(case.path_of(str(fixture.mesh)))
-    if not path.is_file():
-        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {path}: no such file")
-    name = f"fixture/{fixture.name}/mesh"
-    try:
-        _add_mesh(world, name, path.resolve(), UNIT[fixture.units])
-    except PartError as error:
-        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
-    return name
-
-
-def _add_mesh(spec: mujoco.MjSpec, name: str, path: Path, scale: float) -> None:
-    """Add a mesh file to a model; of an OBJ all objects, of which MuJoCo takes the faces of the first alone.
-
-    Raises:
-        PartError: an OBJ cannot be read.
-    """
-    if path.suffix.lower() != ".obj":
-        spec.add_mesh(name=name, file=str(path), scale=[scale] * 3)
-        return
-    found = read_triangles(path)
-    faces = found.faces.astype(np.int32)
-    spec.add_mesh(name=name, uservert=(found.vertices * scale).ravel(), userface=faces.ravel())
-
-
-def _solids(assembly: CellAssembly, fixture: Fixture, shape: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """What collides of a fixture's mesh, as options of geoms: itself where it is convex, else convex pieces."""
     case, world = assembly.case, assembly.world
-    path = Path(case.path_of(str(fixture.mesh))).resolve()
-    changed = path.stat()
+    path, where = Path(case.path_of(str(fixture.mesh))), f"{case.path}: fixtures.{fixture.name}.mesh"
+    if not path.is_file():
+        raise InputError(f"{where}: {path}: no such file")
     try:
-        found = _cut_up(str(path), UNIT[fixture.units], changed.st_mtime_ns, changed.st_size)
-    except ValueError as error:
-        raise InputError(f"{case.path}: fixtures.{fixture.name}.mesh: {one_line(error)}") from None
-    corners = np.concatenate(found.pieces)
-    extent = float(np.ptp(corners, axis=0).max()) / METRES_PER_MM
-    if extent < SMALL_MM:
-        text = f"largest extent {extent:.4g} mm with units: {fixture.units}; is it in another?"
-        assembly.warnings.append(Warning(Code.MESH_UNITS, f"fixtures.{fixture.name}.mesh: {text}"))
-    if found.excess > FILLED:
-        more = "collisions are checked with its convex hull, since it is not closed"
-        if np.isfinite(found.excess):
-            more = (
-                f"the shape for collisions has {100 * found.excess:.0f} % more volume, which fills some of its hollows"
-            )
-        text = f"fixtures.{fixture.name}.mesh: {more}; several fixtures of simple shapes are exact"
-        assembly.warnings.append(Warning(Code.CONCAVE_FIXTURE, text))
-    if len(found.pieces) == 1:
-        yield {**shape, "name": fixture.name}
-        return
-    for number, vertices in enumerate(found.pieces, start=1):
-        name = f"fixture/{fixture.name}/{number}"
-        world.add_mesh(name=name, uservert=vertices.ravel())
-        yield {**shape, "meshname": name, "name": name}
-
-
-@lru_cache(maxsize=32)
-def _cut_up(path: str, scale: float, *_changed: int) -> ConvexPieces:
-    """A mesh file as convex pieces, m, as MuJoCo reads it.
-
-    Raises:
-        ValueError: MuJoCo does not read it.
-    """
-    import trimesh
-
-    spec = mujoco.MjSpec()
-    _add_mesh(spec, "mesh", Path(path), scale)
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
-    model = spec.compile()
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.mesh_quat[0])
-    vertices = model.mesh_vert.astype(np.float64) @ turn.reshape(3, 3).T + model.mesh_pos[0]
-    return convex_pieces(trimesh.Trimesh(vertices, model.mesh_face, process=False))
+        found = fixture_mesh(path.resolve(), fixture.units)
+    except (PartError, ValueError) as error:
+        raise InputError(f"{where}: {one_line(error)}") from None
+    assembly.warnings += found.warnings(fixture.name, fixture.units)
+    name = f"fixture/{fixture.name}"
+    place = {"type": mujoco.mjtGeom.mjGEOM_MESH, "pos": found.centre}
+    # a shell's inertia: that of a volume is refused where the mesh is not closed, or turned inside out
+    shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    world.add_mesh(
+        name=f"{name}/mesh",
+        uservert=found.vertices.ravel(),
+        userface=found.faces.astype(np.int32).ravel(),
+        inertia=shell,
+    )
+    body.add_geom(**{**options, **place, **_to_look_at(name), "meshname": f"{name}/mesh"})
+    for number, vertices in enumerate(found.solid.pieces, start=1):
+        piece = f"{name}/{number}"
+        world.add_mesh(name=piece, uservert=vertices.ravel(), inertia=shell)
+        own = fixture.name if len(found.solid.pieces) == 1 else piece
+        body.add_geom(**{**options, **place, "name": own, "meshname": piece})

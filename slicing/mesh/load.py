@@ -97,20 +97,23 @@ def load_mesh(path: str | Path, units: str = "mm", name: str | None = None) -> M
     return replace(mesh, name=name or file.stem, warnings=(*found.lines, *mesh.warnings))
 
 
-def read_triangles(path: str | Path) -> Triangles:
+def read_triangles(path: str | Path, units: str = "mm") -> Triangles:
     """Triangles of a mesh file as they stand there, whatever they are triangles of: a sheet, or several solids.
 
     Args:
         path: the file: STL, OBJ, PLY, OFF, GLB or 3MF.
+        units: what a length of 1 in the file is taken for; the vertices stay in it.
 
     Returns:
         Its vertices, in the file's own unit, those at one place joined, and its triangles.
 
     Raises:
-        PartError: it cannot be read, or holds no triangle.
+        PartError: it cannot be read, holds no triangle or a vertex that is not a number, or states another unit (3MF).
     """
     file = Path(path)
-    found = _read(file, "mm")
+    found = _read(file, units)
+    if not np.isfinite(found.vertices[found.faces]).all():
+        raise PartError(f"{file}: a vertex is not a number")
     places, of = np.unique(found.vertices, axis=0, return_inverse=True)
     return replace(found, vertices=places, faces=of.ravel()[found.faces])
 

@@ -54,7 +54,7 @@ class SpanEnds:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundHomeTravel:
+class FoundHomeWay:
     """What the search of one way has found, for a bead as it was planned.
 
     Attributes:
@@ -77,11 +77,11 @@ class FoundHomeTravels:
         back: from the last one home.
     """
 
-    out: FoundHomeTravel
-    back: FoundHomeTravel
+    out: FoundHomeWay
+    back: FoundHomeWay
 
 
-def search_from_home(context: Context, first: BeadPlan, known: TravelPath | None = None) -> FoundHomeTravel:
+def search_from_home(context: Context, first: BeadPlan, known: TravelPath | None = None) -> FoundHomeWay:
     """Search the way from home to a bead.
 
     Args:
@@ -94,10 +94,10 @@ def search_from_home(context: Context, first: BeadPlan, known: TravelPath | None
     way: TravelPath | Failure | None = at_home
     if way is None and first.whole and start is not None:
         way = _leads(known, -1, first.stretches[0], 0) or _way(context, None, first.stretches[0])
-    return FoundHomeTravel(first, at_home, way)
+    return FoundHomeWay(first, at_home, way)
 
 
-def search_to_home(context: Context, last: BeadPlan, known: TravelPath | None = None) -> FoundHomeTravel:
+def search_to_home(context: Context, last: BeadPlan, known: TravelPath | None = None) -> FoundHomeWay:
     """Search the way from a bead back home.
 
     Args:
@@ -110,7 +110,7 @@ def search_to_home(context: Context, last: BeadPlan, known: TravelPath | None = 
     way: TravelPath | Failure | None = at_home
     if way is None and last.whole and end is not None:
         way = _leads(known, 0, last.stretches[0], -1) or _way(context, last.stretches[0], None)
-    return FoundHomeTravel(last, at_home, way)
+    return FoundHomeWay(last, at_home, way)
 
 
 def search_home_travels(

@@ -3,6 +3,11 @@
 Use:
 
     found = read_glb(Path("part.glb"))
+
+What would give other triangles than the file means is refused: compressed meshes, instances, skins, shapes that are
+blended, sparse arrays, numbers that are normalized, and triangle fans, which trimesh's reader passes over.
+
+Source: glTF 2.0 specification, sections 3.6 (accessors) and 3.7 (meshes, skins); extension registry of Khronos.
 """
 
 from __future__ import annotations
@@ -11,6 +16,7 @@ import json
 import struct
 import zipfile
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +26,11 @@ from ...arrays import Floats, Ints, PartError
 from .. import solid as part
 from ..solid import require_few_faces
 from .polygons import Triangles
+
+TRIANGLES, STRIP, FAN = 4, 5, 6  # modes of primitives; those below are points and lines
+# of an extension that changes no geometry, or of which the plain geometry is what is read
+HARMLESS = ("KHR_materials", "KHR_texture", "EXT_texture", "KHR_lights", "KHR_mesh_quantization", "KHR_xmp", "MSFT_")
+INSTANCES = "EXT_mesh_gpu_instancing"
 
 # what trimesh's reader raises on damaged files
 READ_ERRORS = (
@@ -55,7 +66,7 @@ def read_glb(file: Path) -> Triangles:
     """
     import trimesh  # heavy: only when such a file is read
 
-    _require_counts(file)
+    _require_plain(file, _described(file))
     try:
         scene: Any = trimesh.load(str(file), process=False, force="scene")
     except READ_ERRORS as error:
@@ -78,8 +89,8 @@ def read_glb(file: Path) -> Triangles:
     return Triangles(np.concatenate(points), np.concatenate(faces))
 
 
-def _require_counts(file: Path) -> None:
-    """Refuse a file that says it holds more than is taken, before anything is made of it."""
+def _described(file: Path) -> dict[str, Any]:
+    """A file's description; refused where it says that it holds more than is taken, before anything is made of it."""
     with file.open("rb") as stream:
         head = stream.read(20)
         if len(head) < 20 or head[:4] != b"glTF":
@@ -88,9 +99,48 @@ def _require_counts(file: Path) -> None:
         if length > file.stat().st_size:
             raise PartError(f"{file}: not readable as a GLB mesh (it ends within its first chunk)")
         try:
-            document = json.loads(stream.read(length))
+            document: dict[str, Any] = json.loads(stream.read(length))
             counts = [int(accessor["count"]) for accessor in document.get("accessors", [])]
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             raise PartError(f"{file}: not readable as a GLB mesh (its first chunk is not JSON)") from None
     if max(counts, default=0) > 3 * part.MOST_FACES:
         raise PartError(f"{file}: {max(counts):,} entries of one kind; at most {3 * part.MOST_FACES:,} are taken")
+    return document
+
+
+def _require_plain(file: Path, document: dict[str, Any]) -> None:
+    """Refuse what trimesh's reader passes over though it changes or adds triangles.
+
+    Raises:
+        PartError: there is such a thing, or the description is none; one line.
+    """
+    try:
+        found = next(_unread(document), None)
+    except READ_ERRORS as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise PartError(f"{file}: not readable as a GLB mesh ({reason[:120]})") from None
+    if found:
+        raise PartError(f"{file}: {found}, which is not read: export plain triangles")
+
+
+def _unread(document: dict[str, Any]) -> Iterator[str]:
+    """What of a description would not be read as it is meant."""
+    for name in document.get("extensionsRequired", []):
+        if not str(name).startswith(HARMLESS):
+            yield f"the file needs the extension {name}"
+    accessors, meshes = document.get("accessors", []), document.get("meshes", [])
+    if any("sparse" in accessor for accessor in accessors):
+        yield "the file has a sparse array"
+    for node in document.get("nodes", []):
+        if INSTANCES in node.get("extensions", {}):
+            yield f"a node has instances ({INSTANCES})"
+        if "mesh" in node and "skin" in node:
+            yield "a mesh has a skin"
+    if any(any(owner.get("weights", ())) for owner in (*document.get("nodes", []), *meshes)):
+        yield "a mesh is blended with morph targets"
+    for primitive in (primitive for mesh in meshes for primitive in mesh["primitives"]):
+        if not 0 <= primitive.get("mode", TRIANGLES) <= STRIP:
+            yield "a mesh has triangle fans" if primitive["mode"] == FAN else "a mesh has primitives of no known mode"
+        position = primitive["attributes"].get("POSITION")
+        if position is not None and accessors[position].get("normalized"):
+            yield "a mesh has normalized positions"

@@ -3,7 +3,8 @@
     found = read_ply(Path("part.ply"))
     found = read_off(Path("part.off"))
 
-Of a PLY the elements `vertex` (x, y, z) and `face` (vertex_indices) are taken, whatever else stands beside them.
+Of a PLY the elements `vertex` (x, y, z) and `face` (vertex_indices) are taken, whatever else stands beside them; one
+with strips of triangles is refused.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ TYPES = {
     **{"double": "f8", "float64": "f8", "int64": "i8", "uint64": "u8"},
 }
 ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
+STRIPS = ("tristrips", "tristrip")  # elements of triangles that share corners, as scanners write them
 LONGEST_HEAD = 65536  # bytes in which a header ends
 
 
@@ -72,6 +74,8 @@ def read_ply(file: Path) -> Triangles:
     for element in elements:
         if element.name == "face":
             require_few_faces(str(file), element.rows)
+        elif element.name in STRIPS and element.rows:
+            raise PartError(f"{file}: has triangle strips ({element.name}), which are not read: export faces")
         room = file.stat().st_size - end.end()
         if element.least_bytes(order == "=") > room + 1:
             raise _bad(file, f"its header counts {element.rows:,} rows of {element.name}, the file has {room:,} bytes")

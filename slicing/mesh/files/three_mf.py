@@ -266,6 +266,8 @@ def _parsed(file: Path, data: bytes) -> _Model:
             faces.append((element.get("v1"), element.get("v2"), element.get("v3")))
             if len(faces) % 100_000 == 0:
                 require_few_faces(str(file), len(faces))
+        elif tag == "beam":
+            raise PartError(f"{file}: has a beam lattice, which is not read: export triangles")
         elif tag == "component":
             place = _transform(file, element.get("transform"))
             current.components.append((_path(element), str(element.get("objectid")), place))

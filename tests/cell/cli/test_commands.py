@@ -51,7 +51,7 @@ def test_check_writes_the_report_and_the_motion(make_case, tmp_path, capsys):
 def test_infeasible_is_exit_code_one_and_writes_no_motion(make_case, tmp_path, capsys):
     motion = tmp_path / "m.csv"
     far = make_case(positioner={"position_mm": [4000, 0, 0]})
-    assert main(["check", str(far), "--json", "-", "--motion", str(motion)]) == 1
+    assert main(["check", str(far), "--no-remedies", "--json", "-", "--motion", str(motion)]) == 1
     captured = capsys.readouterr()
     document = json.loads(captured.out)
     assert document["verdict"] == "infeasible"

@@ -309,7 +309,7 @@ def to_and_fro(rng):
 @pytest.mark.parametrize("path_of", [wandering, to_and_fro])
 def test_no_configuration_of_a_rectangle_is_further_from_its_middle_than_is_said(path_of):
     rng, tight = np.random.default_rng(31), []
-    for _ in range(400):
+    for _ in range(200):
         path = path_of(rng)
         path = BlendedPath(path.q, path.s - path.s[0], kept_zone(path.zone, path.s[-1] - path.s[0]))
         k = int(rng.integers(len(path.s) - 1))

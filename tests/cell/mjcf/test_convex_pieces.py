@@ -8,7 +8,7 @@ import trimesh
 from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
-from cell.mjcf.convex_pieces import convex_pieces
+from cell.mjcf.convex_pieces import convex_pieces, is_thick
 from cell.scene.compose import put_together
 from slicing.warning import Code
 
@@ -182,3 +182,15 @@ def test_a_sheet_too_thin_to_be_cut_up_is_refused_and_not_left_out(make_case, tm
         path = make_case(fixtures=[{"name": "wall", "mesh": str(tmp_path / f"sheet{k}.stl")}])
         with pytest.raises(InputError, match=r"fixtures\.wall\.mesh: a part of the mesh is thinner than"):
             prepare(load_case(path))
+
+
+def test_no_piece_is_too_thin_for_single_precision():
+    """MuJoCo keeps corners in it: it refuses a hull of 60 um that is 6 nm thick as none."""
+    corners = np.array([[0, 0, 0], [1e-4, 3e-5, 0], [2e-5, 1e-4, 0], [4e-5, 5e-5, 1e-7]])
+    sliver = trimesh.Trimesh(
+        corners + np.array((0.2, 0.3, 0.1)), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    )
+    found = convex_pieces(trimesh.util.concatenate([trimesh.creation.box((0.5, 0.01, 0.01)), sliver]))
+    assert len(found.pieces) == 2
+    assert inside(found.pieces, sliver.vertices, 1e-9).all()
+    assert all(is_thick(piece, 5e-7) for piece in found.pieces)

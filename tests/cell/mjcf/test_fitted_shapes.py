@@ -40,3 +40,23 @@ def test_fitted_shapes_are_as_large_and_where_their_own_file_has_them(fitaabb, m
         assert np.sort(held) == pytest.approx(np.sort(own.geom(kind).size), abs=1e-6)
         if kind in ("capsule", "cylinder"):
             assert here.xmat[[2, 5, 8]] == pytest.approx(there.xmat[[2, 5, 8]], abs=1e-6)
+
+
+def test_a_shape_is_fitted_once_though_its_body_has_a_class_that_fits(make_case, tmp_path):
+    """What the class says is in the numbers already: the mesh was fitted again, and turned twice."""
+    shape = '<geom name="lug" pos="0 0 0.2"/>'
+    text = TABLE.format(fitaabb="false", vertex="0 0 0 .3 0 0 0 .1 0 0 0 .2", shapes="")
+    fits = '<default><default class="fits"><geom type="capsule" mesh="m" euler="20 10 5"/></default></default>'
+    text = text.replace("<asset>", fits + "<asset>").replace(
+        '<body name="stand"', '<body name="stand" childclass="fits"'
+    )
+    text = text.replace("</frame></body>", f"</frame>{shape}</body>")
+    (tmp_path / "table.xml").write_text(text, encoding="utf-8")
+    where = {"model": "./table.xml", "position_mm": [0, 0, 0], "rotation_deg": [0, 0, 0]}
+    model, own = prepare(load_case(make_case(positioner=where))).scene.model, mujoco.MjModel.from_xml_string(text)
+    at, mine = mujoco.MjData(own), mujoco.MjData(model)
+    for data in (at, mine):
+        mujoco.mj_kinematics(data.model, data)
+    assert model.geom("lug").size == pytest.approx(own.geom("lug").size, abs=1e-9)
+    assert mine.geom("lug").xpos == pytest.approx(at.geom("lug").xpos, abs=1e-9)
+    assert mine.geom("lug").xmat == pytest.approx(at.geom("lug").xmat, abs=1e-9)

@@ -179,7 +179,7 @@ def test_targets_judged_together_are_judged_as_one_by_one(job_with):
     assert not unreachable(context, some)
 
 
-@pytest.mark.parametrize("away_mm", [9, 60])
+@pytest.mark.parametrize("away_mm", [pytest.param(9, marks=pytest.mark.slow), 60])
 def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with, away_mm):
     x, _, z = POST["position_mm"]
     context = context_of(job_with(POST | {"position_mm": [x, away_mm, z]}))

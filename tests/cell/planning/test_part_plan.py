@@ -16,8 +16,8 @@ from cell.part_chunks.chunking import Chunking, Shared
 from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
-from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.infeasible_part import Judged, lost_bead
+from cell.planning.neighbours.beads_ahead import BeadsAhead
 from cell.planning.part_plan import plan_part, plan_runs
 from cell.planning.station_search import StationSearch
 

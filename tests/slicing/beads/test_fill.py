@@ -163,7 +163,7 @@ def test_metal_of_a_sliced_boss_is_area_times_thickness():
     )
 
 
-@pytest.mark.parametrize("pattern", ["zigzag", "contour_parallel"])
+@pytest.mark.parametrize("pattern", ["zigzag", pytest.param("contour_parallel", marks=pytest.mark.slow)])
 def test_middle_lines_that_do_not_go_right_round_are_laid_once(pattern: str) -> None:
     """A ring that leans about a body beside its axis: the last layers are sickles, thin at their ends."""
     section = CrossSection([[(19, 0), (27, 0), (25, 12), (19, 12)]])

@@ -25,7 +25,7 @@ from slicing.surfaces.bodies import CylindricalBody
 PARTS = ROOT / "models" / "parts"
 
 
-QUICK = settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+QUICK = settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def moved(mesh, motion, name="moved"):

@@ -128,11 +128,15 @@ def test_shells_that_overlap_are_united():
     ("solid", "says"),
     [
         (lambda: Manifold.cube((20, 20, 20), True), "no round body"),
-        (lambda: Manifold.cube((20, 20, 20), True).refine(12), "no round body"),
+        pytest.param(lambda: Manifold.cube((20, 20, 20), True).refine(12), "no round body", marks=pytest.mark.slow),
         (lambda: Manifold.cube((40, 40, 40), True) - cylinder(5, -50, 50), "no round body"),
         (lambda: Manifold.cube((20, 20, 20), True).minkowski_sum(Manifold.sphere(4, 24)), "no round body"),
         (lambda: Manifold.cube((40, 40, 40), True) + cylinder(5, 10, 40), "no round body"),
-        (lambda: Manifold.revolve(CrossSection.circle(5, 32).translate((20, 0)), 64), "no round body"),
+        pytest.param(
+            lambda: Manifold.revolve(CrossSection.circle(5, 32).translate((20, 0)), 64),
+            "no round body",
+            marks=pytest.mark.slow,
+        ),
         (lambda: cylinder(20, 0, 100, 7) + boss(5, 40, 0, 50), "at least 8 sides"),
         (lambda: shaft(), "nothing stands on its round body (radius 20 mm)"),
         (lambda: cylinder(20, 0, 100) + cylinder(30, 100, 180), "nothing stands on its round body (radius 30 mm)"),

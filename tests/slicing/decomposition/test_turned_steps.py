@@ -148,8 +148,10 @@ def test_the_lands_of_a_pulley_are_body():
     ("top", "bottom", "lands"),
     [
         (40.0, 30.0, [(10.0, 14.0), (20.0, 24.0)]),  # two rings: the groove goes down to the hub
-        (60.0, 33.0, LANDS),  # deeper than from land to land: discs
-        (40.0, 33.0, [(10.0, 11.0), (24.0, 25.0), (38.0, 39.0)]),  # hardly any land is left
+        # deeper than from land to land: discs
+        pytest.param(60.0, 33.0, LANDS, marks=pytest.mark.slow),
+        # hardly any land is left
+        pytest.param(40.0, 33.0, [(10.0, 11.0), (24.0, 25.0), (38.0, 39.0)], marks=pytest.mark.slow),
     ],
 )
 def test_rings_that_stand_on_a_bottom_are_no_lands(top, bottom, lands):

@@ -48,7 +48,7 @@ def hulls(shape):
     return [trimesh.PointCloud(v).convex_hull for name, v in shape.hulls.items() if name.startswith("deposit/")]
 
 
-@pytest.mark.parametrize("solid", [boss, ring, fine_ring, tube])
+@pytest.mark.parametrize("solid", [boss, ring, tube, pytest.param(fine_ring, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
 @pytest.mark.parametrize("many", [part_shape.MANY_POINTS, 0])
 def test_every_layer_is_covered_by_its_pieces(solid, strategy, many):

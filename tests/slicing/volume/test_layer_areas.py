@@ -107,7 +107,7 @@ def test_thickness_is_integrated_over_the_region():
 
 
 @pytest.mark.parametrize(
-    "name", ["propeller", "support", *(pytest.param(n, marks=pytest.mark.slow) for n in ("valve", "boiler"))]
+    "name", ["propeller", *(pytest.param(n, marks=pytest.mark.slow) for n in ("support", "valve", "boiler"))]
 )
 def test_layers_of_the_shipped_parts_fit_their_solids(name):
     from slicing.decomposition.decompose import decompose

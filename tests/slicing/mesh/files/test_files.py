@@ -189,6 +189,83 @@ def test_a_glb_face_never_takes_a_vertex_of_the_next_mesh(tmp_path):
         load_mesh(glb_with(tmp_path, one_beyond))
 
 
+def test_strips_of_a_ply_are_refused_and_not_left_out(tmp_path):
+    write_polygons(tmp_path / "x.ply", BOX.vertices, BOX.faces)
+    load_mesh(tmp_path / "x.ply")
+    for rows, refused in ((0, False), (1, True)):
+        text = (tmp_path / "x.ply").read_text()
+        text = text.replace("end_header", f"element tristrips {rows}\nproperty list int int vertex_indices\nend_header")
+        (tmp_path / "strips.ply").write_text(text + "4 0 1 2 3\n" * rows)
+        if refused:
+            with pytest.raises(PartError, match=r"strips\.ply: has triangle strips"):
+                load_mesh(tmp_path / "strips.ply")
+        else:
+            load_mesh(tmp_path / "strips.ply")
+
+
+def sparse(document, rest):
+    document["accessors"][1]["sparse"] = {"count": 1}
+
+
+def instances(document, rest):
+    document["nodes"][-1]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}
+
+
+def needs(document, rest):
+    document["extensionsRequired"] = ["EXT_meshopt_compression"]
+
+
+def skinned(document, rest):
+    next(node for node in document["nodes"] if "mesh" in node)["skin"] = 0
+
+
+def blended(document, rest):
+    document["meshes"][1]["weights"] = [0.0, 0.5]
+
+
+def fan(document, rest):
+    primitive = document["meshes"][1]["primitives"][0]
+    document["meshes"][1]["primitives"].append({**primitive, "mode": 6})
+
+
+def normalized(document, rest):
+    position = document["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+    document["accessors"][position]["normalized"] = True
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (sparse, "the file has a sparse array"),
+        (instances, "a node has instances"),
+        (needs, "the file needs the extension EXT_meshopt_compression"),
+        (skinned, "a mesh has a skin"),
+        (blended, "a mesh is blended with morph targets"),
+        (fan, "a mesh has triangle fans"),
+        (normalized, "a mesh has normalized positions"),
+    ],
+)
+def test_what_trimesh_passes_over_in_a_glb_is_refused(tmp_path, change, why):
+    """It was read as if it were not there: one of many instances, a scene without its fans, an unbent mesh."""
+    with pytest.raises(PartError, match=rf"x\.glb: {why}.*, which is not read: export plain triangles"):
+        load_mesh(glb_with(tmp_path, change))
+
+
+def test_what_changes_no_triangle_of_a_glb_is_no_matter(tmp_path):
+    def harmless(document, rest):
+        document["extensionsRequired"] = ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"]
+        document["meshes"][1]["weights"] = [0.0]
+        primitive = document["meshes"][0]["primitives"][0]
+        lines = {**primitive, "mode": 1}
+        lines.pop("indices")
+        document["meshes"][0]["primitives"].append(lines)
+
+    plain = load_mesh(glb_with(tmp_path, lambda *_: None))
+    mesh = load_mesh(glb_with(tmp_path, harmless))
+    assert mesh.volume == pytest.approx(plain.volume)
+    assert len(mesh.faces) == len(plain.faces)
+
+
 def test_counts_that_no_file_holds_are_refused_before_memory_is_taken(tmp_path):
     def huge(document, rest):
         document["accessors"][0]["count"] = 4_000_000_000
@@ -271,6 +348,14 @@ def test_3mf_parts_that_are_no_part_of_the_solid_are_left_out(tmp_path):
     mesh = load_mesh(write_3mf(tmp_path / "s.3mf", {"3D/3dmodel.model": typed}))
     assert mesh.volume == pytest.approx(6000)
     assert any("left out 1 support" in line for line in mesh.warnings)
+
+
+def test_a_beam_lattice_of_a_3mf_is_refused_and_not_left_out(tmp_path):
+    """A file need not require its extension, so that its beams were passed over."""
+    beams = "<beamlattice><beams><beam v1='0' v2='5'/></beams></beamlattice></mesh>"
+    built = f"<resources>{mesh_xml(1, BOX).replace('</mesh>', beams)}</resources><build><item objectid='1'/></build>"
+    with pytest.raises(PartError, match=r"x\.3mf: has a beam lattice, which is not read"):
+        load_mesh(write_3mf(tmp_path / "x.3mf", {"3D/3dmodel.model": built}))
 
 
 def test_3mf_files_that_are_not_understood_are_one_line(tmp_path):
