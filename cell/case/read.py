@@ -27,6 +27,11 @@ from .sections import Case
 from .yaml12 import load_yaml
 
 MOST_BYTES = 2**22  # of a case file
+YAML_IN_WORDS = {
+    "cannot start any token": "a tab, @, % or ` begins a word here; indent with blanks, and put such texts in quotes",
+    "hexdecimal number": "a backslash in double quotes; write paths with / or in single quotes",
+    "unknown escape character": "a backslash in double quotes; write paths with / or in single quotes",
+}
 MESHES = (".stl", ".obj", ".ply", ".off", ".3mf", ".glb", ".gltf", ".step", ".stp")
 EXTENDS: TypeAdapter[str] = TypeAdapter(FileName)
 
@@ -76,6 +81,7 @@ def _read(path: Path, read: list[Path]) -> object:
         mark = getattr(error, "problem_mark", None)
         where = f", line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or str(error).split("\n")[0]
+        problem = next((words for part, words in YAML_IN_WORDS.items() if part in problem), problem)
         raise InputError(f"{path}{where}: not YAML ({problem})") from None
     if not isinstance(content, dict) or "extends" not in content:
         return content
