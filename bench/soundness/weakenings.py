@@ -71,6 +71,7 @@ class Mutant:
 
 MUTANTS = (
     # models of an integrator's own cell
+    Mutant("cell/scene/part_contact.py", "scene.table_joints[scene.has_axis].tolist()", "scene.table_joints.tolist()", ("cell/scene/test_part_contact.py",)),
     Mutant("cell/scene/workpiece.py", '"pos": found.centre}', '"pos": 0.0 * found.centre}', ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/fixture_mesh.py", "found = read_triangles(path, units)", 'found = read_triangles(path, "mm")', ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/convex_pieces.py", "spread[2] > max(THIN * spread[0], least)", "spread[2] > THIN * spread[0]", ("cell/mjcf/test_convex_pieces.py",)),
