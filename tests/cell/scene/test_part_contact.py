@@ -108,7 +108,7 @@ def test_what_is_built_is_there_from_the_start_and_stops_the_torch(neighbours):
     mujoco.mj_kinematics(model, data)
     wanted = data.geom_xpos[built[len(built) // 4]]
     q = scene.home.copy()
-    for _ in range(200):
+    for _ in range(60):
         T = scene.T_world_base() @ scene.chain.forward(q[None])[0]
         q += np.linalg.pinv(scene.chain.jacobian(q[None])[0][:3]) @ (wanted - T[:3, 3]) * 0.5
     found = Checker(scene, (0.0, 0.0), 0.05).clearances(q[None], np.array([0]))
@@ -131,9 +131,9 @@ def test_what_is_neither_taken_nor_built_is_said_to_be_absent(neighbours):
     ("part", "said"),
     [
         ("built: [SV9]", "part.built: no sub-volume 'SV9'"),
-        ("built: [SV1, SV1]", "SV1 is listed twice"),
+        pytest.param("built: [SV1, SV1]", "SV1 is listed twice", marks=pytest.mark.slow),
         ("take: [SV1], built: [SV1]", "list it in one of them"),
-        ("built: [SV1, SV2, SV3]", "nothing is left"),
+        pytest.param("built: [SV1, SV2, SV3]", "nothing is left", marks=pytest.mark.slow),
         ("take: [SV1, SV1]", "part.take: SV1 is listed twice"),
     ],
 )
