@@ -13,6 +13,7 @@ import yaml
 from support.cells.cell_models import ARM, TABLE, TORCH, write_case
 from support.oracles.raw_models import differences
 
+from cell.case.files import case_files
 from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
@@ -138,6 +139,9 @@ def test_meshes_are_those_that_the_model_itself_reads(tmp_path):
         model = prepare(load_case(path)).scene.model
         half = model.geom_aabb[model.geom("lug").id, 3]
         assert half == pytest.approx(0.05 if strip == "true" else 0.25)
+        # what a sweep's results depend on, and no output may be written over
+        there = {file.resolve() for file in case_files(load_case(path))}
+        assert (tmp_path / ("lug.stl" if strip == "true" else "sub/lug.stl")).resolve() in there
 
 
 def test_an_arms_speeds_are_never_a_tools(tmp_path):
