@@ -144,6 +144,11 @@ def test_meshes_are_those_that_the_model_itself_reads(tmp_path):
         assert (tmp_path / ("lug.stl" if strip == "true" else "sub/lug.stl")).resolve() in there
 
 
+def test_a_box_whose_inertia_is_a_shells_is_a_box_like_any_other(tmp_path):
+    shell = '<geom name="cover" type="box" shellinertia="true" size=".1 .05 .02" pos="0 .3 0" euler=".1 .2 .3"/>'
+    assert differences(write_case(tmp_path, "cell", arm=put(ARM, shell, '<body name="link_3"'))) == []
+
+
 def test_an_arms_speeds_are_never_a_tools(tmp_path):
     numeric = '<custom><numeric name="max_speed_deg_s" data="180 158 160 230 230 320"/></custom>'
     torch = put(TORCH, numeric.replace("180", "999"), "<worldbody>")
