@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import tempfile
@@ -19,6 +20,15 @@ if TYPE_CHECKING:
     from cell.verdict.result import Result
 
 pytest_plugins = ["pytester"]
+
+gc.disable()  # until all is collected, see below
+
+
+def pytest_collection_finish() -> None:
+    """What is imported and collected stays to the end: looking through it for garbage again and again takes time."""
+    gc.enable()
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from textwrap import indent
 
 import pytest
 from support.paths import ROOT
+from support.source_trees import tree_of
 
 PACKAGES = ("cell", "ik", "slicing")
 NEEDS_EXTRAS = {"cell.view.browser_panel"}
@@ -180,7 +181,7 @@ def test_examples_call_what_there_is() -> None:
     there = set(KNOWN)
     for package in PACKAGES:
         for path in (ROOT / package).rglob("*.py"):
-            body = ast.parse(path.read_text(encoding="utf-8")).body
+            body = tree_of(path).body
             there |= {node.name for node in body if isinstance(node, kinds)}
     gone = []
     for name in MODULES:

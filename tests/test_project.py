@@ -4,6 +4,7 @@ import ast
 import runpy
 
 from support.paths import ROOT
+from support.source_trees import tree_of
 
 from bench import figures, run_smoke
 from bench.soundness.weakenings import MUTANTS
@@ -26,7 +27,7 @@ def test_every_key_of_a_case_says_what_it_means():
 def test_every_public_name_has_a_docstring_with_a_module_example():
     for package in PACKAGES:
         for path in (ROOT / package).rglob("*.py"):
-            assert ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))), path
+            assert ast.get_docstring(tree_of(path)), path
 
 
 def test_every_mutant_stands_once_in_the_code():

@@ -8,12 +8,14 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 from support.jobs.cases import boss_mesh
 from support.paths import ROOT
+from support.source_trees import tree_of
 
 import cell
 import ik
@@ -52,12 +54,13 @@ def exported() -> Iterator[tuple[str, Any]]:
                         yield f"{package}.{name}.{key}", method
 
 
+@cache
 def names_of_own_code() -> set[str]:
     """Functions, classes and constants at the top of any module that cannot be mistaken for a word or a case's key."""
     found: set[str] = set()
     for package in EXPORTED:
         for path in (ROOT / package).rglob("*.py"):
-            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            for node in tree_of(path).body:
                 if isinstance(node, ast.FunctionDef | ast.ClassDef):
                     found.add(node.name)
                 elif isinstance(node, ast.Assign):
@@ -130,6 +133,7 @@ def example() -> str:
     return block("python example")
 
 
+@pytest.mark.slow
 def test_the_readmes_complete_case_is_feasible_with_the_mesh_it_names(tmp_path, monkeypatch, capsys):
     (tmp_path / "blade.case.yaml").write_text(block("complete case"), encoding="utf-8")
     (tmp_path / "propeller.stl").write_bytes((ROOT / "models" / "parts" / "propeller.stl").read_bytes())

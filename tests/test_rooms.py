@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from support.paths import ROOT
+from support.source_trees import nodes_of, tree_of
 
 # a room may import rooms on lower floors alone; those on one floor do not know each other
 FLOORS: dict[str, tuple[tuple[str, ...], ...]] = {
@@ -75,7 +76,7 @@ def name_of(path: Path) -> tuple[str, ...]:
 def imports(path: Path) -> Iterator[tuple[str, ...]]:
     """Full names of what a file imports, those for type checking included, each with the name taken from it."""
     here = name_of(path)
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             yield from (tuple(alias.name.split(".")) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -173,7 +174,7 @@ MAPPINGS = ("dict", "Mapping", "MutableMapping", "OrderedDict", "defaultdict")
 
 def holds_values_of_any_kind(path: Path) -> bool:
     """Whether some annotation of a file is a mapping to Any or to object, however it is written."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Tuple):
             name = ast.unparse(node.value).rpartition(".")[2]
             values = {one.strip().rpartition(".")[2] for one in ast.unparse(node.slice.elts[-1]).split("|")}
@@ -198,7 +199,7 @@ def test_every_room_names_its_modules() -> None:
     left_out, gone = [], []
     for package in ("cell", "slicing", "ik"):
         for init in (ROOT / package).rglob("*/__init__.py"):
-            room, text = init.parent, ast.get_docstring(ast.parse(init.read_text(encoding="utf-8"))) or ""
+            room, text = init.parent, ast.get_docstring(tree_of(init)) or ""
             there = {path.stem for path in room.glob("*.py")} | {
                 path.parent.name for path in room.glob("*/__init__.py")
             }
@@ -249,7 +250,7 @@ def test_a_class_name_means_one_thing() -> None:
     found = defaultdict(list)
     for package in ("cell", "slicing", "ik"):
         for path in modules(package):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for node in nodes_of(path):
                 if isinstance(node, ast.ClassDef):
                     found[stem(node.name)].append(f"{path.relative_to(ROOT)}:{node.name}")
     assert {name: paths for name, paths in found.items() if len(paths) > 1} == {}
@@ -266,7 +267,7 @@ def test_a_function_name_means_one_thing() -> None:
     found = defaultdict(list)
     for package in ("cell", "slicing", "ik"):
         for path in modules(package):
-            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            for node in tree_of(path).body:
                 if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
                     found[node.name].append(str(path.relative_to(ROOT)))
     assert {name for name, paths in found.items() if len(paths) > 1} == set(SAME_FUNCTIONS)

@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from support.paths import ROOT
+from support.source_trees import nodes_of
 
 LINES, PARAMETERS = 60, 6  # of a function, its docstring aside
 ROOTS = ("cell", "ik", "slicing", "models", "bench")
@@ -46,7 +47,7 @@ def functions() -> list[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
     found = []
     for root in ROOTS:
         for path in sorted((ROOT / root).rglob("*.py")):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for node in nodes_of(path):
                 if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                     found.append((f"{Path(path).relative_to(ROOT).as_posix()}:{node.name}", node))
     return found

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
 import pytest
 from support.paths import ROOT
+from support.source_trees import nodes_of
 
 TESTS = ROOT / "tests"
 
@@ -31,21 +32,21 @@ REPLACED = {
 
 
 @cache
-def modules() -> tuple[tuple[Path, ast.Module], ...]:
-    return tuple((path, ast.parse(path.read_text(encoding="utf-8"))) for path in sorted(TESTS.rglob("*.py")))
+def modules() -> tuple[tuple[Path, Sequence[ast.AST]], ...]:
+    return tuple((path, nodes_of(path)) for path in sorted(TESTS.rglob("*.py")))
 
 
-def imported(tree: ast.Module) -> Iterator[str]:
-    for node in ast.walk(tree):
+def imported(nodes: Iterable[ast.AST]) -> Iterator[str]:
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             yield from (f"{node.module or ''}.{alias.name}" for alias in node.names)
 
 
-def replaced(tree: ast.Module) -> Iterator[str]:
+def replaced(nodes: Iterable[ast.AST]) -> Iterator[str]:
     """Names of constants that `monkeypatch.setattr` replaces: by themselves, or at the end of a dotted name."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "setattr":
             for given in node.args[:2]:
                 if isinstance(given, ast.Constant) and isinstance(given.value, str):
@@ -57,8 +58,8 @@ def replaced(tree: ast.Module) -> Iterator[str]:
 def test_no_test_imports_another_test() -> None:
     wrong = [
         f"{path.relative_to(ROOT)} imports {name}"
-        for path, tree in modules()
-        for name in imported(tree)
+        for path, nodes in modules()
+        for name in imported(nodes)
         if any(part.startswith("test_") or part in ("tests", "conftest") for part in name.split("."))
     ]
     assert not wrong
@@ -68,8 +69,8 @@ def test_tests_are_skipped_for_want_of_other_peoples_packages_alone() -> None:
     """A module of our own that is not found is an error, and no reason to skip."""
     wrong = [
         f"{path.relative_to(ROOT)} line {node.lineno}"
-        for path, tree in modules()
-        for node in ast.walk(tree)
+        for path, nodes in modules()
+        for node in nodes
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "importorskip"
         if str(getattr(node.args[0], "value", "cell")).partition(".")[0] in ("support", "cell", "ik", "slicing")
     ]
@@ -77,16 +78,16 @@ def test_tests_are_skipped_for_want_of_other_peoples_packages_alone() -> None:
 
 
 def test_support_holds_no_tests() -> None:
-    for path, tree in modules():
+    for path, nodes in modules():
         if "support" in path.parts and not path.name.startswith("test_"):
-            names = [node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+            names = [node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)]
             assert not [name for name in names if name.lower().startswith("test_")], path
 
 
 def test_tuning_constants_come_as_arguments_or_say_why_not() -> None:
-    assert {name for _, tree in modules() for name in replaced(tree)} == set(REPLACED)
+    assert {name for _, nodes in modules() for name in replaced(nodes)} == set(REPLACED)
 
 
 @pytest.mark.parametrize("text", ["monkeypatch.setattr(part, 'MOST', 1)", "monkeypatch.setattr('a.b.MOST', 1)"])
 def test_a_constant_that_is_replaced_is_seen(text: str) -> None:
-    assert list(replaced(ast.parse(text))) == ["MOST"]
+    assert list(replaced(ast.walk(ast.parse(text)))) == ["MOST"]

@@ -31,18 +31,19 @@ LIMITS, ACCELERATIONS = "cell/verification/test_limits_of_motions.py", "cell/ver
 PROOFS, DEVIATION = "ik/test_reachability_proof.py", "ik/test_near_spherical_wrist.py"
 SURFACES = "slicing/surfaces/test_surfaces.py"
 CUTS, CUT_SEARCH = "cell/planning/cuts/test_bead_cut.py", "cell/planning/cuts/test_cut_search.py"
-LOSS_AHEAD = "cell/planning/test_loss_ahead.py"
+LOSS_AHEAD, SIMILAR = "cell/planning/test_loss_ahead.py", "cell/planning/neighbours/test_similar_bead.py"
 STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_borders.py"
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
+PROMISED = "acceptance/test_promised_numbers.py"
 SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
 ENDLESS = "cell/programs/running/test_endless_axes.py"
-NEAR = "cell/programs/running/test_speed_near_beads.py"
+NEAR_BEADS = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
@@ -174,9 +175,14 @@ MUTANTS = (
     Mutant("cell/collision/blend_proofs.py", "way + corners.off(radius, path.s[row] + inwards)", "0 * way + corners.off(radius, path.s[row] + inwards)", (ROUNDINGS, BOUNDS)),
     Mutant("cell/collision/blend_proofs.py", "(differs <= room) & (laid[step].min(axis=1) >= laid[steps[some]])", "differs <= room", (ROUNDINGS,)),
     Mutant("cell/collision/blend_proofs.py", "np.ptp(aside, axis=1).sum(axis=1)", "0.3 * np.ptp(aside, axis=1).sum(axis=1)", (ROUNDINGS,)),
+    Mutant("cell/collision/blend_bisection.py", "NEARLY_ALL = 2.5e-4", "NEARLY_ALL = 1e-3", (PROMISED,)),
+    Mutant("cell/collision/blend_bisection.py", "MANY, NEARLY_MANY = 20_000, 0.5", "MANY, NEARLY_MANY = 200, 0.5", (PROMISED,)),
     Mutant("cell/collision/blend_bisection.py", "far += ((some.v - some.u) ** 2", "far += 0 * ((some.v - some.u) ** 2", (ROUNDINGS,)),
     Mutant("cell/collision/blend_bisection.py", "way += checker.bend_bound(radius, np.abs(one)) + np.abs(one + across) @ radius", "way = 0.5 * way", (ROUNDINGS,)),
     Mutant("cell/collision/blend_bisection.py", "return middle, way + most, way > most", "return middle, way, way > most", (ROUNDINGS,)),
+    Mutant("cell/collision/blend_bisection.py", "self._travelled(some) / (2 * some.narrow)", "self._travelled(some) / (20 * some.narrow)", (ROUNDINGS,)),
+    Mutant("cell/collision/blend_bisection.py", "self._travelled(some) / 2)", "self._travelled(some) / 20)", (ROUNDINGS,)),
+    Mutant("cell/collision/blend_bisection.py", "if len(open_.step) and not lost:", "if False:", (ROUNDINGS,)),
     Mutant("cell/collision/blend_sheets.py", "(slopes + changes)", "slopes", (SHEETS,)),
     Mutant("cell/collision/blend_sheets.py", "du**2 / 2 * by_length", "du**2 / 4 * by_length", (SHEETS,)),
     Mutant("cell/collision/blend_sheets.py", "dz**2 / 2 * by_zone]", "dz**2 / 6 * by_zone]", (SHEETS,)),
@@ -235,10 +241,10 @@ MUTANTS = (
     Mutant("cell/planning/travels/straight_travels.py", "    good[of[found.distance < room]] = False\n", "", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "        good[of[k[step]]] = False\n", "", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "path if is_clear else None", "path", (STRAIGHT,)),
-    Mutant("cell/planning/beads_ahead.py", "if beads[0].whole and known.gap.start is beads[0].stretches[0]:", "if known.gap.start is not None:", (HOME,)),
-    Mutant("cell/planning/beads_ahead.py", "if beads[-1].whole and known.gap.end is beads[-1].stretches[0]:", "if known.gap.end is not None:", (HOME,)),
+    Mutant("cell/planning/neighbours/beads_ahead.py", "if beads[0].whole and known.gap.start is beads[0].stretches[0]:", "if known.gap.start is not None:", (HOME,)),
+    Mutant("cell/planning/neighbours/beads_ahead.py", "if beads[-1].whole and known.gap.end is beads[-1].stretches[0]:", "if known.gap.end is not None:", (HOME,)),
     Mutant("cell/planning/travels/home.py", "path is not None and np.array_equal(path.q[row], stretch.axes[at])", "path is not None", (HOME,)),
-    Mutant("cell/planning/beads_ahead.py", "BeadGap(beads[-1].stretches[0], None, int(self._context.laid[span.stop - 1]))", "BeadGap(beads[-1].stretches[0], None, 0)", (HOME,)),
+    Mutant("cell/planning/neighbours/beads_ahead.py", "BeadGap(beads[-1].stretches[0], None, int(self._context.laid[span.stop - 1]))", "BeadGap(beads[-1].stretches[0], None, 0)", (HOME,)),
     Mutant("cell/planning/travels/straight_travels.py", "left[of[step[proved.kept < room]]] = True", "pass", (STRAIGHT,)),
     Mutant("cell/planning/travels/straight_travels.py", "np.append(-np.inf, kept[:-1])", "np.append(np.inf, kept[:-1])", (STRAIGHT,)),
     Mutant("cell/planning/travels/travel.py", "kept_on_steps(low, q, radius)", "np.append(low[:-1], -np.inf)", (STRAIGHT,)),
@@ -332,8 +338,8 @@ MUTANTS = (
     Mutant("cell/programs/exported/exported.py", "[*case_files(self.job.case), *reads]", "reads", (EXPORTED,)),
     Mutant("cell/programs/exported/written_files.py", "if made and not done and folder is not None:", "if False:", (EXPORTED,)),
     Mutant("cell/programs/program_check.py", "    yield from _tools(run, job)\n", "", (PROGRAMS,)),
-    Mutant("cell/programs/from_motion.py", "np.flatnonzero(np.diff(near[begin - at : w - at]))", "np.zeros(0, dtype=np.int64)", (NEAR,)),
-    Mutant("cell/programs/from_motion.py", "        if slow:\n            limit", "        if False:\n            limit", (NEAR,)),
+    Mutant("cell/programs/from_motion.py", "np.flatnonzero(np.diff(near[begin - at : w - at]))", "np.zeros(0, dtype=np.int64)", (NEAR_BEADS,)),
+    Mutant("cell/programs/from_motion.py", "        if slow:\n            limit", "        if False:\n            limit", (NEAR_BEADS,)),
     Mutant("cell/programs/krl/setting.py", "integer(value, scope) if name in _ARRAYS or path in _WHOLE else number", "number", ("cell/programs/krl/test_krl_read.py",)),
     Mutant("cell/programs/from_motion.py", "max(math.floor(percent + 1e-9), 1) / 100", "percent / 100", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/cell_controller.py", "    if base.coupled:\n        reported.append", "    if False:\n        reported.append", ("cell/programs/test_export.py",)),
@@ -416,12 +422,13 @@ MUTANTS = (
     Mutant("cell/planning/part_plan.py", "        found = [run.with_bead(ahead) if run.has(ahead) else run for run in found]\n", "", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "return replace(bead, open=frozenset([bead.first]))", "return bead", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "if self.run.begun is not None or self.judge.every:", "if self.run.begun is not None:", (LOSS_AHEAD,)),
+    Mutant("cell/planning/neighbours/similar_bead.py", "        if not bad:\n", "        if len(bad) <= 1:\n", (SIMILAR,)),
     Mutant("cell/planning/loss_ahead.py", "if search.run() is not None:", "if False:", (LOSS_AHEAD, CUTS)),
     Mutant("cell/planning/travels/straight_travels.py", "_have_room(context.checker, paths, 2 * context.settings.clearance)", "_have_room(context.checker, paths, 3 * context.settings.clearance)", (LOSS_AHEAD,)),
     Mutant("cell/part_chunks/chunked_plan.py", "                bead = replace(bead, open=frozenset([bead.first]))\n", "                pass\n", (LOSS_AHEAD,)),
     Mutant("cell/planning/collision_free_rolls.py", "hides &= (known.room[:-1] < 0) & (known.room[1:] < 0)", "hides[:] = False", (CUTS,)),
     Mutant("cell/planning/blocking_layers.py", "return failed - again.target_failures.keys() - again.edge_failures.keys() - again.open", "return failed", ("cell/planning/test_blocking_layers.py",)),
-    Mutant("cell/planning/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/test_beads_ahead.py",)),
+    Mutant("cell/planning/neighbours/beads_ahead.py", "if known is not None and _same(known.q_before, q_before):", "if known is not None:", ("cell/planning/neighbours/test_beads_ahead.py",)),
     # what the README promises of rows, layers, programs, remedies and logs
     Mutant("cell/planning/context.py", "position: float = 16e-3", "position: float = 60e-3", (STEPS,)),
     Mutant("cell/planning/context.py", "angle: float = np.deg2rad(2.0)", "angle: float = np.deg2rad(9.0)", (STEPS,)),

@@ -29,10 +29,10 @@ import numpy as np
 from cell import load_case, prepare
 from cell.collision.proofs.between_samples import unproven_steps
 from cell.planning.bead_plan import plan_bead
-from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
 from cell.planning.edges.edge_check import SearchedBead as OneBead
 from cell.planning.edges.edge_tracking import track_edges
+from cell.planning.neighbours.beads_ahead import BeadsAhead
 from cell.planning.station_search import ROUNDS, Ends, StationSearch
 from ik.chain import Floats
 

@@ -25,6 +25,7 @@ class Bars:
         """
         self._stream = stream
         self._bar: Any = None
+        self._task: Any = None  # of the bar
         self._what = ""
 
     def __call__(self, what: str, done: int, total: int) -> None:
@@ -38,6 +39,8 @@ class Bars:
         if not self._stream.isatty() or is_quiet():
             return
         if self._bar is not None and (what != self._what or done >= total):
+            if what == self._what:
+                self._bar.update(self._task, completed=total)  # so that the last that is seen is all of them
             self._bar.stop()
             self._bar = None
         if done >= total:

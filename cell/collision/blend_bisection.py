@@ -13,7 +13,7 @@ metres; a path's length may be in either.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ..arrays import Ints
-from ..timing.blending import kept_zone
+from ..timing.blending import kept_zone, mirrored
 from .blend_proofs import KnownRows, PathCorners, every_blend_kept
 from .blended_paths import BlendedPath, PathBlends, SheetRectangles, on_rows
 from .clearances import Clearances, SeesClearances
@@ -30,6 +30,7 @@ from .pair_groups import groups_of
 NEARLY_ALL = 2.5e-4  # m: between roundings that are checked no other is nearer than the clearance less this
 MANY, NEARLY_MANY = 20_000, 0.5  # likewise, once so many have been checked: this share of the clearance
 LIKELY = 1.1  # times the room that was seen may be there half a rectangle further
+MOST, FEW = 200_000, 20_000  # rectangles of a path that are weighed; of one that is known not to be free
 HALVINGS = 2  # of the zone, in search of the widest that is proved
 
 
@@ -75,7 +76,9 @@ def colliding_blends(
 
     Returns:
         Those that do not keep the clearance; all others keep it, but for ``NEARLY_ALL``, or half of it where a path
-        needs more than ``MANY`` looks: nothing is touched in either case where the clearance is more than that.
+        needs more than ``MANY`` looks: nothing is touched in either case where the clearance is more than that. What
+        is not proved by ``MOST`` rectangles counts as too near, whatever was seen. Of a path that is known not to be
+        free, ``FEW`` are weighed, and what they leave open is left out.
     """
     s = path.s - path.s[0]
     path = BlendedPath(path.q, s, kept_zone(path.zone, s[-1]))
@@ -97,7 +100,11 @@ def _checked_rectangles(
     ends, narrow = (s[steps], s[steps + 1]), _proved_zone(checker, radius, path, known, steps)
     open_ = _StepSheetRectangles(*ends, narrow, np.full(len(steps), path.zone), steps, np.full(len(steps), np.inf))
     step, zone, what, looks = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], [Clearances.none(0)], 0
+    weighed, lost = 0, known.lost
     while len(open_.step):
+        weighed += len(open_.step)
+        if weighed > (FEW if lost else MOST):
+            break
         middle, far, along = sheet.extent(open_)
         # where there is hardly more room than there was, to check so large a one is of no use
         enough = NEARLY_ALL if looks < MANY else max(NEARLY_ALL, NEARLY_MANY * least)
@@ -115,8 +122,25 @@ def _checked_rectangles(
         open_.room[near] = np.minimum(seen.distance, checker.reach) - least
         left[near] = (open_.room[near] < far[near]) & (far[near] > enough)
         left &= ~np.isin(open_.step, first)
+        lost |= bool(len(first))
         open_ = open_.rows(left).halves(along[left])
+    if len(open_.step) and not lost:
+        some = open_.rows(_nearest_of_each(open_))
+        middle, _, _ = sheet.extent(some)
+        step.append(some.step)
+        zone.append((some.narrow + some.wide) / 2)
+        seen = checker.clearances(middle, np.maximum(*(known.deposits_laid[some.step + i] for i in (0, 1))))
+        what.append(replace(seen, distance=np.minimum(seen.distance, checker.reach)))
     return CollidingBlends(np.concatenate(step), np.concatenate(zone), Clearances.joined(what))
+
+
+def _nearest_of_each(some: _StepSheetRectangles) -> NDArray[np.bool_]:
+    """Of the rectangles of each step the one with the least room."""
+    order = np.lexsort((some.room, some.step))
+    _, first = np.unique(some.step[order], return_index=True)
+    out = np.zeros(len(order), dtype=bool)
+    out[order[first]] = True
+    return out
 
 
 def _proved_zone(checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Floats:
@@ -148,6 +172,8 @@ class _SheetDistances:
         self._run, self._corners = PathBlends(path.q, path.s), PathCorners.of(path)
         changes = np.cumsum(np.abs(self._corners.bend) @ radius)
         self._changes = np.concatenate([[0.0], changes])
+        self._t, q = mirrored(path.q, path.s)
+        self._travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q, axis=0)) @ radius)])
 
     def extent(self, some: _StepSheetRectangles) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """The middle configuration of each, how far anything can move from there, and in which direction it moves more.
@@ -176,7 +202,8 @@ class _SheetDistances:
             k = np.flatnonzero(some.wide == zone)
             corners = PathCorners(self._corners.s, self._corners.bend, zone)
             off[:, k] = corners.off(radius, some.u[k]), corners.off(radius, some.v[k])
-        most = off.max(axis=0)
+        # where hardly any length is gone while axes turn, that is far less than what the slopes change by
+        most = np.minimum(off.max(axis=0), self._travelled(some) / 2)
         # a straight way: as far to either end, but for what it bends
         way = checker.travel_bound(radius, middle, begin) + checker.bend_bound(radius, np.abs(begin - middle))
         return middle, way + most, way > most
@@ -192,10 +219,20 @@ class _SheetDistances:
             way += checker.bend_bound(radius, np.abs(one)) + np.abs(one + across) @ radius
             far = np.maximum(far, way)
         far += checker.bend_bound(radius, np.ptp(ends, axis=0)) / 2
+        # no rounding is steeper than half of what is travelled in its window, over half the window
+        steep = self._travelled(some) / (2 * some.narrow)
+        steepest = steep * (some.v - some.u + some.wide - some.narrow) / 2
         first = np.searchsorted(self._corners.s, some.u - some.wide)
         stop = np.searchsorted(self._corners.s, some.v + some.wide, side="right")
         curved = (self._changes[stop] - self._changes[first]) / (2 * some.narrow)
         far += ((some.v - some.u) ** 2 + (some.wide - some.narrow) ** 2) / 8 * curved
         length = np.abs(ends[2] + ends[3] - ends[0] - ends[1]) @ radius + (some.v - some.u) ** 2 / 4 * curved
         width = np.abs(ends[1] + ends[3] - ends[0] - ends[2]) @ radius + (some.wide - some.narrow) ** 2 / 4 * curved
-        return middle, far, length > width
+        along = np.where(far <= steepest, length > width, some.v - some.u > some.wide - some.narrow)
+        return middle, np.minimum(far, steepest), along
+
+    def _travelled(self, some: _StepSheetRectangles) -> Floats:
+        """How far anything moves at most within the widest window about each rectangle, (k,), m."""
+        low, high = (np.interp(at, self._t, self._travel) for at in (some.u - some.wide, some.v + some.wide))
+        out: Floats = high - low
+        return out

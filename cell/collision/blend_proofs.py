@@ -43,6 +43,7 @@ class KnownRows:
         least: clearance to be kept, m; 0: nothing is touched.
         which: steps that are checked, (m - 1,).
         kept: clearance kept on each of them, at least, (m - 1,), m; -inf where it is not known.
+        lost: whether the motion is known not to be free for another reason: then less is looked for.
     """
 
     deposits_laid: Ints
@@ -50,6 +51,7 @@ class KnownRows:
     least: float
     which: NDArray[np.bool_]
     kept: Floats
+    lost: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -86,6 +86,8 @@ def cut_corners(
     least: float,
     which: NDArray[np.bool_] | None = None,
     kept: Floats | None = None,
+    *,
+    lost: bool = False,
 ) -> tuple[Ints, Clearances]:
     """Steps of a path on which it comes too near to something, or may, once its corners are rounded.
 
@@ -98,13 +100,14 @@ def cut_corners(
         least: clearance to be kept, m; 0: nothing is touched.
         which: steps that are checked, (m - 1,); all of them where left out.
         kept: clearance kept on each of them, at least, (m - 1,), m; where it is not known, left out or -inf.
+        lost: whether the motion is known not to be free already: then not every such step is found.
 
     Returns:
         First rows of these steps, (k,), ascending, and the nearest pair on each.
     """
     steps = len(path.s) - 1
     every = np.ones(steps, dtype=bool) if which is None else which
-    known = KnownRows(deposits_laid, found, least, every, np.full(steps, -np.inf) if kept is None else kept)
+    known = KnownRows(deposits_laid, found, least, every, np.full(steps, -np.inf) if kept is None else kept, lost)
     return cut_corners_of(checker, radius, [(path, known)])[0]
 
 

@@ -40,6 +40,7 @@ class BeadPlan:
         edge_failures: targets that cannot be reached from the one before, with why.
         target_failures: targets without any configuration, with why.
         open: targets that were not checked: the bead is lost by others, or the whole part was before.
+        hard: whether it was found only with the roll sampled finer, or like a bead that was.
     """
 
     first: int
@@ -48,6 +49,7 @@ class BeadPlan:
     edge_failures: dict[int, Failure]
     target_failures: dict[int, TargetFailure]
     open: frozenset[int] = frozenset()
+    hard: bool = False
 
     @property
     def whole(self) -> bool:

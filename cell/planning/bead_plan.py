@@ -142,12 +142,12 @@ def plan_bead(
     finer = _search(bead, ends, step / FINER_ROLLS, _FastRollSearch(_all(free), most=left))
     if finer.open:
         return plan.only(lost)
-    plan = _better(plan, finer)
+    plan = _better(plan, replace(finer, hard=True))
     if plan.whole or not all(i in free and free[i] for i in plan.target_failures):
         return plan
     free |= _free_between(context, plan, step / FINER_ROLLS, free)
     rolls = _FastRollSearch(_all(free), FINEST_ROUNDS)
-    return _better(plan, _search(bead, ends, step / FINER_ROLLS**2, rolls))
+    return _better(plan, replace(_search(bead, ends, step / FINER_ROLLS**2, rolls), hard=True))
 
 
 def _better(plan: BeadPlan, other: BeadPlan) -> BeadPlan:

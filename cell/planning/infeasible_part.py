@@ -37,7 +37,8 @@ from .collision_free_rolls import LeastBadRoll, collision_free_rolls, free_nowhe
 from .configurations import BRANCHES, nodes_at_rolls
 from .context import FINER_ROLLS, Context
 from .cuts.bead_cut import cut_bead, may_be_cut
-from .edges.edge_check import SearchedBead
+from .edges.edge_check import SearchedBead, Stretch
+from .neighbours.similar_bead import like
 from .station_search import HIT, Ends, StationSearch
 from .unreachable import unreachable
 
@@ -164,6 +165,7 @@ class InfeasiblePartJudge:
         q_before: Floats | None,
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None = None,
+        hard: Sequence[Stretch] = (),
     ) -> BeadPlan | None:
         """Plan a bead.
 
@@ -173,6 +175,7 @@ class InfeasiblePartJudge:
             q_before: where the arm comes from, (j,), rad, or None.
             in_full: searches it in full; given what it may ask once the bead is known to be lost, None without a limit.
             vain: a quick search of it that found no way.
+            hard: ways of beads before it that were hard to find.
 
         Returns:
             The plan; None of a bead that has to be searched in full and may not be.
@@ -183,7 +186,7 @@ class InfeasiblePartJudge:
         bead = (
             in_full(self.left(stop))
             if self.affords(first, stop)
-            else self._sparingly(first, stop, q_before, in_full, vain)
+            else self._sparingly(first, stop, q_before, in_full, vain, hard)
         )
         if bead is None:
             self.spent += self.context.work - before
@@ -201,6 +204,7 @@ class InfeasiblePartJudge:
         q_before: Floats | None,
         in_full: Callable[[float | None], BeadPlan],
         vain: StationSearch | None,
+        hard: Sequence[Stretch],
     ) -> BeadPlan | None:
         """A bead whose search in full may cost more than is left; None: it is postponed."""
         before = self.context.work
@@ -227,6 +231,9 @@ class InfeasiblePartJudge:
                 self._pass_next = 0
                 return BeadPlan(first, stop, (stretch,), {}, {})
             suspects += [first + int(i) for i in most_hit(search)]
+        stretch = None if self.lost else like(self.context, first, stop, hard, q_before)
+        if stretch is not None:
+            return BeadPlan(first, stop, (stretch,), {}, {}, hard=True)
         target_failures = {}
         if not self.lost:  # of a lost part it is known by here that none is out of reach
             some = list(dict.fromkeys(suspects))[:TRIED_FIRST]

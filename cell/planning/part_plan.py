@@ -21,7 +21,6 @@ from ..progress import Progress, counted_progress
 from .bead_outcome import BeadPlan
 from .bead_plan import plan_bead, reduced_budget, that_can_leave, travel_to
 from .bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
-from .beads_ahead import BeadsAhead
 from .context import Context
 from .edges.edge_check import Stretch
 from .infeasible_part import (
@@ -32,6 +31,8 @@ from .infeasible_part import (
     lost_bead,
 )
 from .loss_ahead import LossAhead, last_beads, loss_ahead
+from .neighbours.beads_ahead import BeadsAhead
+from .neighbours.similar_bead import last_hard
 from .travels.straight_travels import straight_travel
 from .travels.travel import TravelPath
 
@@ -204,7 +205,7 @@ class _RunSearch:
         in_full = partial(plan_bead, self.context, first, stop, q_before, quickly=vain is None)
         if found is not None:
             return found
-        bead = self.judge.plan(first, stop, q_before, in_full, vain)
+        bead = self.judge.plan(first, stop, q_before, in_full, vain, last_hard(self.beads))
         if bead is not None and bead.whole and (self.judge.lost or self.postponed is not None):
             self.ahead.found_alone()  # behind what is lost there may be much that is not
         return bead

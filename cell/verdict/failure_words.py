@@ -81,7 +81,7 @@ def _overhang(failure: Failure) -> str:
     assert isinstance(failure.cause, OverhangArea)
     out = "with nothing below anywhere" if failure.measure is None else f"up to {failure.measure:.1f} mm"
     area = failure.cause.area_mm2
-    return f"{area:.1f} mm2 overhang what lies below, {out}, limit {failure.limit:g}"
+    return f"{area:.1f} mm2 overhang what lies below, {out}, limit {failure.limit:g} mm"
 
 
 def _deposition(failure: Failure) -> str:
@@ -96,6 +96,8 @@ def _hit(failure: Failure, contact: Contact) -> str:
     distance, needed = _number(failure.measure), _number(failure.limit)
     digits = 1 if round(distance, 1) < needed or distance >= needed else 3
     words = f"{' - '.join(contact.pair)} {distance:.{digits}f} mm"
+    if contact.seen is CollisionPlace.ROUNDED and distance >= needed:
+        return f"{words} where it was looked at; {needed:g} mm are not proved where a corner is rounded"
     if contact.seen is CollisionPlace.BETWEEN_SAMPLES:
         return f"{words} at a sample; {needed:g} mm are not proved between this sample and the next"
     return f"{words}, needs {needed:g}" + (
@@ -189,6 +191,9 @@ def _rows(failure: Failure) -> str:
             CollisionPlace.ROUNDED: "where a corner is rounded: ",
         }
         near = "" if measure is None else f" {measure:.1f} mm"
+        if failure.contact.seen is CollisionPlace.ROUNDED and (measure is None or measure >= _number(limit)):
+            pair = f": {' - '.join(failure.pair)}{near}" if failure.pair else ""
+            return f"not proved free where a corner is rounded{pair}, needs {limit:g}"
         return f"{seen.get(failure.contact.seen, '')}{' - '.join(failure.pair)}{near}, needs {limit:g}"
     if kind is Kind.SINGULAR:
         return f"{failure.singularity} at {measure:g} {failure.unit}, needs {limit:g}"

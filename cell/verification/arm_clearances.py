@@ -165,10 +165,12 @@ def _checked_piece(job: Job, piece: _MotionPiece, tick: Tick) -> ArmSeen:
     clear = checker.clearances(q, deposits_laid)
     unproven = unproven_steps(checker, radius, q, deposits_laid, clear, least=least)
     checker = _checker(job, q)
-    rounded = []
+    rounded: list[Steps] = []
+    lost = bool(len(unproven[0]) or (clear.distance < least).any())
     for run in piece.runs:
         seen = clear.rows(np.arange(run.low, run.high + 1))
-        rounded.append(cut_corners(checker, radius, run.path(q), deposits_laid[run.samples], seen, least))
+        rounded.append(cut_corners(checker, radius, run.path(q), deposits_laid[run.samples], seen, least, lost=lost))
+        lost |= bool(len(rounded[-1][0]))
     tick()
     return ArmSeen(clear, unproven, tuple(rounded))
 

@@ -61,6 +61,7 @@ def test_the_bystander_sees_a_wire_that_is_dragged_and_an_arm_that_races(make_ca
     assert any("too fast" in line for line in Bystander(result).problems())
 
 
+@pytest.mark.slow
 def test_a_table_that_moves_along_the_beads(make_case) -> None:
     case = load_case(make_case(slicing={"h_layer_mm": 2.2}, table={"mode": "coordinated"}))
     result = check(prepare(case))

@@ -49,7 +49,7 @@ def test_the_second_engine_sees_what_is_wrong(tmp_path):
     assert any("from metal" in line or "body" in line or "support" in line for line in found)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [*range(3), *(pytest.param(k, marks=pytest.mark.slow) for k in range(3, 8))])
 def test_every_shape_stands_in_the_cell_as_its_own_file_has_it(seed, tmp_path):
     from support.cells.own_shapes import shapes_off
 

@@ -5,6 +5,7 @@ The full comparison (10,000 full poses, 10,000 targets of free roll at 720 rolls
 """
 
 import numpy as np
+import pytest
 from support.oracles.peers import FREE, certified, found_by_opw, poses
 
 from ik.roll import RollWindow, apply_roll
@@ -21,6 +22,7 @@ def test_full_poses_have_the_verdict_of_opw():
     assert mine.unreachable[~theirs].mean() > 0.999
 
 
+@pytest.mark.slow
 def test_free_rolls_have_the_verdict_of_opw_at_720_rolls():
     Ts = poses(np.random.default_rng(1), 10_000)
     mine = certified(Ts, FREE)

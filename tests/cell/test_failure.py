@@ -243,3 +243,13 @@ def test_what_stops_a_change_of_configuration_is_what_counts() -> None:
     assert not change.rounded
     assert HIT.seen(CollisionPlace.ROUNDED).rounded
     assert (LIMIT.unit, Failure(Kind.SINGULAR, 1.0, 2.0, singularity="sigma").unit) == ("deg", "1")
+
+
+def test_a_rounding_that_is_not_proved_free_is_not_said_to_be_too_near() -> None:
+    unproved = replace(HIT, measure=12.0).seen(CollisionPlace.ROUNDED)
+    for place, words in (
+        (IN_ROWS, "not proved free where a corner is rounded: a - b 12.0 mm"),
+        (ON_BEAD, "are not proved"),
+    ):
+        assert words in failure_in_words(replace(unproved, place=place))
+    assert "not proved" not in failure_in_words(replace(HIT, place=IN_ROWS).seen(CollisionPlace.ROUNDED))

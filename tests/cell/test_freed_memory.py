@@ -33,7 +33,7 @@ def test_what_was_freed_in_small_pieces_is_given_back():
     assert len(last) == BYTES
 
 
-@pytest.mark.parametrize("fixture", [[], [WALL]], ids=["feasible", "infeasible"])
+@pytest.mark.parametrize("fixture", [[], pytest.param([WALL], marks=pytest.mark.slow)], ids=["feasible", "infeasible"])
 def test_nothing_of_a_check_is_kept_once_its_job_is_gone(fixture: list[dict[str, object]]) -> None:
     job = layered_job(fixtures=fixture)
     model, scene = weakref.ref(job.scene.model), weakref.ref(job.scene)

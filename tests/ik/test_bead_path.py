@@ -97,7 +97,7 @@ def cheapest_of_all(q, cost, times, speed, blocked):
     return float(here.min())
 
 
-@pytest.mark.parametrize(("r", "g", "k"), [(1, 8, 8), (24, 2, 2)])
+@pytest.mark.parametrize(("r", "g", "k"), [(1, 8, 8), pytest.param(24, 2, 2, marks=pytest.mark.slow)])
 def test_a_long_bead_is_as_cheap_as_all_its_ways_say(r, g, k):
     # longer than what is priced at once, with more than one standing and group
     rng = np.random.default_rng(r)

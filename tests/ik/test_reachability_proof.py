@@ -130,7 +130,7 @@ def tight_around(chain, form, q, kind):
     return replaced(chain, lower=lower, upper=upper), SingularityLimits(*least[:3])
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", [*range(15), *(pytest.param(k, marks=pytest.mark.slow) for k in range(15, 25))])
 def test_an_interval_around_a_reachable_roll_is_never_excluded(seed):
     # the limits touch the configuration, so that a bound which misses it by anything would exclude it
     rng = np.random.default_rng(1000 + seed)
@@ -156,7 +156,7 @@ def _with_form(tight, form, T):
     return chain, form, T, limits
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", [*range(20), *(pytest.param(k, marks=pytest.mark.slow) for k in range(20, 40))])
 def test_a_target_made_from_a_configuration_is_never_proven_out(seed):
     # reachable at one roll, by one configuration in limits as narrow as may be: a needle that bisection may miss
     rng = np.random.default_rng(2000 + seed)

@@ -10,8 +10,6 @@ from ik.dls import solve as damped
 from ik.roll import RollWindow, wrap
 from ik.spherical_wrist import recognise
 
-pytest.importorskip("roboticstoolbox", reason="needs roboticstoolbox-python")
-
 
 @pytest.fixture(scope="module")
 def arm():
@@ -22,6 +20,7 @@ def arm():
 
 @pytest.fixture(scope="module")
 def toolbox(arm):
+    pytest.importorskip("roboticstoolbox", reason="needs roboticstoolbox-python")
     return links_of(arm).compile()
 
 

@@ -25,6 +25,7 @@ def builder():
         return runpy.run_path(str(PARTS / "propeller.py"))
 
 
+@pytest.mark.slow
 def test_the_shipped_meshes_are_what_the_builder_makes(meshes, tmp_path):
     script = [sys.executable, str(PARTS / "propeller.py"), "--out", str(tmp_path)]
     subprocess.run(script, check=True, capture_output=True)

@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
+from support.jobs.indexed import three_case, with_table
 from support.paths import ROOT
 
 from cell.case.read import load_case, parse_case
@@ -97,9 +99,10 @@ def test_an_axis_that_the_positioner_does_not_have_is_refused() -> None:
         check_table(support({"mode": "coordinated", "axes": ["E2"]}), tilts)
 
 
-def test_a_case_asks_when_it_is_prepared() -> None:
+def test_a_case_asks_when_it_is_prepared(tmp_path: Path) -> None:
+    case = with_table(three_case(tmp_path), {"mode": "indexed"}, positioner="none")
     with pytest.raises(InputError, match=r"table\.mode: indexed needs a positioner with an axis"):
-        prepare(support({"mode": "indexed"}, positioner="none"))
+        prepare(case)
 
 
 def test_groups_are_built_in_the_order_of_the_poses() -> None:

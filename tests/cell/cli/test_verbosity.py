@@ -115,3 +115,13 @@ def test_progress_is_told_from_the_first_to_the_last_even_where_it_ends_early() 
     with pytest.raises(RuntimeError, match="stopped"):
         stops()
     assert told == [("things", 1, 4), ("things", 2, 4), ("things", 4, 4)]
+
+
+def test_the_last_that_a_bar_shows_is_all_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    stream = Tty()
+    with counted_progress(Bars(stream), "things", 3) as count:
+        for _ in range(3):
+            count()
+    shown = re.findall(r"(\d)/3", stream.getvalue())
+    assert shown[-1] == "3"

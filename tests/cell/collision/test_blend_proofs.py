@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -306,10 +307,20 @@ def to_and_fro(rng):
     return BlendedPath(q, s, float(rng.uniform(0.1, 0.5)) * s[-1])
 
 
-@pytest.mark.parametrize("path_of", [wandering, to_and_fro])
+def on_the_spot(rng):
+    """Rows of which two are at one place of the path, with all the turning between them."""
+    path = wandering(rng)
+    k = int(rng.integers(1, len(path.s) - 1))
+    s, q = path.s.copy(), path.q.copy()
+    s[k:] -= s[k] - s[k - 1] - 1e-9
+    q[k:] += rng.normal(size=2)
+    return BlendedPath(q, s, min(path.zone, (s[-1] - s[0]) / 2))
+
+
+@pytest.mark.parametrize("path_of", [wandering, to_and_fro, on_the_spot])
 def test_no_configuration_of_a_rectangle_is_further_from_its_middle_than_is_said(path_of):
     rng, tight = np.random.default_rng(31), []
-    for _ in range(400):
+    for _ in range(200):
         path = path_of(rng)
         path = BlendedPath(path.q, path.s - path.s[0], kept_zone(path.zone, path.s[-1] - path.s[0]))
         k = int(rng.integers(len(path.s) - 1))
@@ -325,3 +336,28 @@ def test_no_configuration_of_a_rectangle_is_further_from_its_middle_than_is_said
             assert off <= far[0] + 1e-12
             tight.append(off / far[0])
     assert max(tight) > 0.8
+
+
+def test_a_turn_on_the_spot_is_proved_free_by_what_is_travelled():
+    """Where hardly any length is gone slopes say nothing: halves of halves would never do."""
+    q = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 2.0], [0.2, 2.0]])
+    path = BlendedPath(q, np.array([0.0, 0.1, 0.1 + 1e-9, 0.2]), 0.001)
+    point = Point([[0.115, 1.0], [-0.05, 1.0]], 0.0)
+    here, steps = known(path, point, 5e-3), np.arange(3)
+    hits = colliding_blends(point, np.ones(2), path, here, steps)
+    assert not len(hits.step)
+    assert point.looks < 50_000
+    near = Point([[0.104, 1.0]], 0.0)
+    assert len(colliding_blends(near, np.ones(2), path, known(path, near, 5e-3), steps).step)
+
+
+def test_what_is_not_proved_counts_as_too_near_unless_the_motion_is_known_not_to_be_free():
+    path = wandering(np.random.default_rng(5))
+    # with axes of a thousand kilometres no bound says anything
+    point, long, steps = Point([[-0.03, 0.0]], 0.0), np.full(2, 1e6), np.arange(3)
+    assert min(point.clearances(sheet_of(path, k).reshape(-1, 2), None).distance.min() for k in steps) > 5e-3
+    here = known(path, point, 5e-3)
+    hits = colliding_blends(point, long, path, here, steps)
+    assert len(hits.step)
+    assert (hits.nearest.distance > 5e-3).all()
+    assert not len(colliding_blends(point, long, path, replace(here, lost=True), steps).step)

@@ -58,8 +58,10 @@ def one_by_one(scene, q, deposits_laid, reach):
     return out
 
 
-@pytest.mark.parametrize("few", [256, 3], ids=["in one body", "in many bodies"])
-@pytest.mark.parametrize("reach", [0.05, 0.01])
+@pytest.mark.parametrize(
+    ("few", "reach"),
+    [(256, 0.05), (3, 0.01), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((256, 0.01), (3, 0.05)))],
+)
 def test_nothing_within_reach_is_missed(tmp_path, few, reach):
     job = job_of(boss_case(tmp_path, roll="free"))
     job = replace(job, scene=compose(job.case, job.shape, few))

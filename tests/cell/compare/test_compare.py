@@ -31,8 +31,15 @@ FLAT = ("support/SV2", "support/SV3", "boiler/SV1", "boiler/SV2", "valve/SV1")
 
 
 @pytest.fixture(scope="module")
-def paper():
+def whole():
     return {one.name: one for one in compare_paper()}
+
+
+@pytest.fixture(scope="module", params=["support", pytest.param("all", marks=pytest.mark.slow)])
+def paper(request):
+    if request.param == "all":
+        return request.getfixturevalue("whole")
+    return {one.name: one for one in compare_paper([request.param])}
 
 
 def by_strategy(rows):
@@ -48,13 +55,12 @@ def text_of(lines):
 
 
 @pytest.mark.slow
-def test_every_row_of_the_papers_tables_is_there(paper):
-    assert list(paper) == ["propeller/SV1", "support/SV1", "support/SV2", "support/SV3", *FLAT[2:]]
-    assert [row.strategy for row in paper["valve/SV1"].rows] == list(STRATEGIES)
-    assert by_strategy(paper["support/SV1"].paper)["nonuniform"].NV == 247
+def test_every_row_of_the_papers_tables_is_there(whole):
+    assert list(whole) == ["propeller/SV1", "support/SV1", "support/SV2", "support/SV3", *FLAT[2:]]
+    assert [row.strategy for row in whole["valve/SV1"].rows] == list(STRATEGIES)
+    assert by_strategy(whole["support/SV1"].paper)["nonuniform"].NV == 247
 
 
-@pytest.mark.slow
 def test_the_parts_were_dimensioned_for_cylinders(paper):
     for one in paper.values():
         ours, theirs = (by_strategy(rows)["cylindrical"] for rows in (one.rows, one.paper))
@@ -65,17 +71,20 @@ def test_the_parts_were_dimensioned_for_cylinders(paper):
 def test_the_papers_orders_hold_on_the_parts_but_where_said(paper):
     assert all(all(orders(one.paper).values()) for one in paper.values())
     otherwise = {(name, key) for name, one in paper.items() for key, yes in orders(one.rows).items() if not yes}
-    assert otherwise == ANSWERED_OTHERWISE
+    assert otherwise == {(name, key) for name, key in ANSWERED_OTHERWISE if name in paper}
 
 
-def test_where_cylinders_need_fewer_targets_it_is_by_little(paper):
+@pytest.mark.slow
+def test_where_cylinders_need_fewer_targets_it_is_by_little(whole):
     for name, _ in ANSWERED_OTHERWISE:
-        found = by_strategy(paper[name].rows)
+        found = by_strategy(whole[name].rows)
         assert found["nonuniform"].NV <= 1.02 * found["cylindrical"].NV
 
 
 def test_planes_and_the_proposed_strategy_meet_flat_tops_exactly(paper):
-    for name in FLAT:
+    flat = [name for name in FLAT if name in paper]
+    assert len(flat) >= 2
+    for name in flat:
         for rows in (paper[name].rows, paper[name].paper):
             found = by_strategy(rows)
             assert found["planar"].R_rad < 1e-6
@@ -121,14 +130,15 @@ def test_the_document_is_plain_data(make_case):
 
 def test_the_papers_figures_stand_beside_ours(paper):
     document = compare_document("paper", list(paper.values()))
-    row = document["sub_volumes"][1]
+    row = next(row for row in document["sub_volumes"] if row["name"] == "support/SV1")
     assert row["paper"]["indices"]["planar"] == {"NL": 36, "A_mm2": 132.0, "NV": 176, "R_rad": 0.52}
     assert row["paper"]["printed_F"]["nonuniform"] == 2.65
-    assert document["sub_volumes"][4]["paper"]["printed_F"] is None
+    unread = {row["name"] for row in document["sub_volumes"] if row["paper"]["printed_F"] is None}
+    assert ("boiler/SV1" in unread) == ("boiler/SV1" in paper)
     json.dumps(document, allow_nan=False)
     shown = text_of(compare_lines("paper", list(paper.values())))
     assert "233.88 (233.88)" in shown
-    assert "best F by the same strategy as in the paper: 7 of 7" in shown
+    assert f"best F by the same strategy as in the paper: {len(paper)} of {len(paper)}" in shown
 
 
 def ring():

@@ -67,8 +67,8 @@ def test_the_numbers_are_those_of_a_feasible_result(good: Result, good_page: str
     assert np.nanmax(gravity) == pytest.approx(np.rad2deg(good.gravity.max()), abs=0.01)
 
 
-def test_targets_over_nothing_are_marked(good: Result, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "hanging" not in unpack(page_data(good))["targets"]
+def test_targets_over_nothing_are_marked(good: Result, good_page: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "hanging" not in document_of(good_page)["targets"]
     monkeypatch.setattr(check_page, "targets_over_nothing", lambda job: {3: None, 7: None})
     assert np.flatnonzero(unpack(page_data(good))["targets"]["hanging"]).tolist() == [3, 7]
 

@@ -73,7 +73,9 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", PARTS)
-@pytest.mark.parametrize(("strategy", "pattern"), [("planar", "contour"), ("nonuniform", "zigzag")])
+@pytest.mark.parametrize(
+    ("strategy", "pattern"), [pytest.param("planar", "contour", marks=pytest.mark.slow), ("nonuniform", "zigzag")]
+)
 def test_all_of_a_sub_volume_that_is_built_collides(name, strategy, pattern, folder):
     case = {
         "part": {

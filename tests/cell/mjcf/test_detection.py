@@ -64,7 +64,9 @@ def test_pairs_of_all_kinds_are_as_far_apart_as_a_second_engine_says(one, two):
     assert near > 5
 
 
-@pytest.mark.parametrize("kind", ["cylinder", "box", "mesh"])
+@pytest.mark.parametrize(
+    "kind", ["cylinder", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("box", "mesh"))]
+)
 def test_small_and_thin_shapes_are_found_out_to_a_reach_a_hundred_times_their_size(kind):
     pytest.importorskip("coal")
     from support.oracles import second_engine as engine

@@ -38,7 +38,7 @@ def test_what_is_written_comes_back(result: Result, tmp_path: Path, suffix: str)
         np.testing.assert_allclose(getattr(read.motion, name), getattr(motion, name), atol=tolerance)
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".npz"])
+@pytest.mark.parametrize("suffix", [".csv", pytest.param(".npz", marks=pytest.mark.slow)])
 def test_the_command_passes_its_own_motion(boss: Path, tmp_path: Path, capsys, suffix: str) -> None:
     motion, report = tmp_path / f"m{suffix}", tmp_path / "r.json"
     assert main(["check", str(boss), "--motion", str(motion)]) == 0

@@ -42,7 +42,7 @@ def test_nothing_is_followed_from_target_to_target(job: Job, monkeypatch: pytest
     def refused(*_: object) -> None:
         raise AssertionError("what is planned here is planned once more with its chunk")
 
-    for module in ("station_search", "bead_search", "beads_ahead"):
+    for module in ("station_search", "bead_search", "neighbours.beads_ahead"):
         monkeypatch.setattr(f"cell.planning.{module}.check_edges", refused)
     context = context_of(job)
     assert all(q is not None for q in beginnings(context, FEW.chunks(job.targets, context.span)))

@@ -90,7 +90,7 @@ class Eager(WorkerPool):
         return found
 
 
-@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 1, 0, 2)])
+@pytest.mark.parametrize("order", [pytest.param((0, 1, 2, 3), marks=pytest.mark.slow), (3, 1, 0, 2)])
 def test_what_is_run_ahead_is_what_is_found_in_turn(
     job: Job, order: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -105,6 +105,7 @@ def test_what_is_run_ahead_is_what_is_found_in_turn(
     assert not in_turn
 
 
+@pytest.mark.slow
 def test_nothing_is_run_ahead_of_a_part_that_is_not_run(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
     aside: list[Any] = []
     monkeypatch.setattr("cell.part_chunks.chunking.pool", lambda **_: Eager((0, 1, 2, 3), aside))

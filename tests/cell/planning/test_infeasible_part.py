@@ -61,7 +61,7 @@ def asked(monkeypatch, job: Job) -> tuple[Result, int]:
         return check_fixed(job, 90, 180), count[0]
 
 
-@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
+@pytest.mark.parametrize("fixture", [pytest.param(LID, marks=pytest.mark.slow), POST], ids=["all", "share"])
 def test_what_is_looked_at_is_judged_as_if_all_were(job_with, nothing_over, fixture):
     found, whole = check_fixed(job_with(fixture), 90, 180), check_fixed(job_with(fixture, every=True), 90, 180)
     assert whole.not_looked_at == 0
@@ -85,6 +85,7 @@ def test_nothing_that_was_left_out_is_counted(job_with, nothing_over):
     assert np.isnan(frame["A1_deg"][open_]).all()
 
 
+@pytest.mark.slow
 def test_the_same_is_looked_at_every_time(job_with, nothing_over):
     one, other = (check_fixed(job_with(POST), 90, 180) for _ in range(2))
     assert [row.detail for row in one.rows] == [row.detail for row in other.rows]
@@ -95,7 +96,7 @@ def test_a_part_that_is_small_enough_is_looked_at_whole(job_with):
     assert check_fixed(job_with(LID), 90, 180).not_looked_at == 0
 
 
-@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
+@pytest.mark.parametrize("fixture", [pytest.param(LID, marks=pytest.mark.slow), POST], ids=["all", "share"])
 def test_no_is_said_at_no_more_than_half_again_of_the_work_for_yes(monkeypatch, job_with, nothing_over, fixture):
     good, most = asked(monkeypatch, job_with())
     assert good.feasible
@@ -179,7 +180,7 @@ def test_targets_judged_together_are_judged_as_one_by_one(job_with):
     assert not unreachable(context, some)
 
 
-@pytest.mark.parametrize("away_mm", [9, 60])
+@pytest.mark.parametrize("away_mm", [pytest.param(9, marks=pytest.mark.slow), 60])
 def test_a_turn_of_the_roll_frees_nothing_before_the_angle_said(job_with, away_mm):
     x, _, z = POST["position_mm"]
     context = context_of(job_with(POST | {"position_mm": [x, away_mm, z]}))
@@ -301,7 +302,7 @@ def test_rolls_that_a_quick_search_takes_for_lost_collide(job_with, fixture):
     assert (context.screen.clearances(search.q[:, s, g, r].T, at).distance < context.settings.clearance).all()
 
 
-@pytest.mark.parametrize("fixture", [LID, POST], ids=["all", "share"])
+@pytest.mark.parametrize("fixture", [LID, pytest.param(POST, marks=pytest.mark.slow)], ids=["all", "share"])
 def test_rolls_at_which_the_tool_is_held_hide_nothing(job_with, fixture):
     context = context_of(job_with(fixture))
     some = list(range(0, len(context.deposits_before), max(len(context.deposits_before) // 6, 1)))

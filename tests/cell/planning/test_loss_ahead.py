@@ -14,12 +14,13 @@ from cell.failure import ON_TRAVEL, Failure, Kind
 from cell.job.job import Job
 from cell.part_chunks.chunked_plan import plan_in_chunks
 from cell.part_chunks.chunking import Chunking, Shared
-from cell.planning import beads_ahead, infeasible_part, loss_ahead, part_plan
+from cell.planning import infeasible_part, loss_ahead, part_plan
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.bead_runs import BeadRun, PartPlan, PlannedRun
 from cell.planning.edges.edge_check import SearchedBead, Stretch
 from cell.planning.infeasible_part import InfeasiblePartJudge
 from cell.planning.loss_ahead import LossAhead, last_beads
+from cell.planning.neighbours import beads_ahead
 from cell.planning.part_plan import plan_part, plan_runs
 from cell.planning.station_search import Ends, StationSearch
 from cell.planning.travels.straight_travels import BeadGap, straight_travels

@@ -16,8 +16,8 @@ from cell.part_chunks.chunking import Chunking, Shared
 from cell.planning import infeasible_part, part_plan
 from cell.planning.bead_outcome import BeadPlan
 from cell.planning.bead_runs import BeadRun, PartPlan, PlannedRun, PostponedRun
-from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.infeasible_part import Judged, lost_bead
+from cell.planning.neighbours.beads_ahead import BeadsAhead
 from cell.planning.part_plan import plan_part, plan_runs
 from cell.planning.station_search import StationSearch
 
@@ -78,7 +78,7 @@ def every_bead_postponed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[
     return make
 
 
-@pytest.mark.parametrize("chunking", [None, FOUR], ids=["one chunk", "four"])
+@pytest.mark.parametrize("chunking", [None, pytest.param(FOUR, marks=pytest.mark.slow)], ids=["one chunk", "four"])
 def test_postponed_beads_are_planned_as_they_would_have_been_at_once(job, every_bead_postponed, chunking):
     at_once = every_bead_postponed(no_budget=False)
     plan = planned(job, chunking)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from support.paths import ROOT
 
 from cell.case.read import load_case
@@ -17,6 +18,7 @@ from cell.verdict.check import check_fixed
 ABOUT_2, ROUND_A_HUB = 2.2, 3.0
 
 
+@pytest.mark.slow
 def test_rows_of_long_straight_beads_are_no_further_apart_than_is_said() -> None:
     job = prepare(load_case(ROOT / "models" / "cases" / "boiler.case.yaml"))
     motion = check_fixed(job, job.case.table.E1_deg, job.case.table.E2_deg).motion

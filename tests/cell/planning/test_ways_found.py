@@ -153,7 +153,9 @@ def stands_at_a_sample(context):
     return bool(np.isfinite(nodes.cost).any())
 
 
-@pytest.mark.parametrize(("half_deg", "drift_deg", "step_deg"), [(1.0, 0.0, 15.0), (2.0, -2000.0, 15.0)])
+@pytest.mark.parametrize(
+    ("half_deg", "drift_deg", "step_deg"), [(1.0, 0.0, 15.0), pytest.param(2.0, -2000.0, 15.0, marks=pytest.mark.slow)]
+)
 def test_a_bead_comes_out_whole_at_rolls_that_no_sample_has(boss, half_deg, drift_deg, step_deg):
     job, setup = boss
     stop = int(np.searchsorted(job.targets.bead, 1))

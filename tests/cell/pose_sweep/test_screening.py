@@ -32,7 +32,7 @@ def test_screening_never_says_more_than_a_check(make_case, roll):
     assert settled
 
 
-@pytest.mark.parametrize("roll", [{"fixed_deg": -60}, {"range_deg": [-70, -50]}])
+@pytest.mark.parametrize("roll", [{"fixed_deg": -60}, pytest.param({"range_deg": [-70, -50]}, marks=pytest.mark.slow)])
 def test_poses_screened_together_are_screened_as_each_by_itself(make_case, roll):
     job = prepare(load_case(make_case(roll=roll)))
     poses = [(e1, e2) for e1 in (-135.0, -30.0, 45.0, 90.0) for e2 in (-180.0, -90.0, 30.0, 120.0)]

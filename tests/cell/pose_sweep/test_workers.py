@@ -104,6 +104,7 @@ def test_who_computes_changes_nothing(make_case: Callable[..., Path]) -> None:
         assert threads.submit(int, "5").result() == 5  # it is left running
 
 
+@pytest.mark.slow
 @POSIX
 def test_a_killed_worker_is_one_line_and_the_log_keeps_what_was_done(
     make_case: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -54,9 +54,9 @@ def how(request: pytest.FixtureRequest) -> Iterator[str]:
 
 @LINUX
 @pytest.mark.skipif(ALONE in os.environ, reason="this is that process")
-@pytest.mark.parametrize("which", ["not slow", pytest.param("slow", marks=pytest.mark.slow)])
-def test_all_holds_of_copies(which: str) -> None:
-    options = ["-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-k", "copied", "-m", which]
+@pytest.mark.slow
+def test_all_holds_of_copies() -> None:
+    options = ["-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-k", "copied", "-m", "slow or not slow"]
     argv, env = [sys.executable, "-m", "pytest", *options, __file__], {**os.environ, ALONE: "1"}
     done = subprocess.run(argv, cwd=ROOT, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
@@ -337,8 +337,8 @@ def test_a_thread_of_a_library_is_at_rest_when_it_sleeps() -> None:
 
 
 def busy_outside_of_python() -> None:
-    """Takes a second or two of processor time, as a library's own thread does."""
-    hashlib.pbkdf2_hmac("sha256", b"of", b"salt", 6_000_000)
+    """Takes half a second or more of processor time, as a library's own thread does."""
+    hashlib.pbkdf2_hmac("sha256", b"of", b"salt", 2_000_000)
 
 
 @pytest.mark.slow
@@ -447,6 +447,7 @@ def test_a_parent_that_is_gone_ends_the_work_wherever_it_was(came: bytes) -> Non
     assert pickle.loads(_heard(there)) is None
 
 
+@pytest.mark.slow
 def test_workers_that_begin_early_import_what_they_will_need(how: str) -> None:
     if how == "copied":
         pytest.skip("they have what was imported before")

@@ -48,9 +48,9 @@ def test_a_cell_without_a_part_holds_a_program(tmp_path: Path) -> None:
             {"fixtures": [{"name": "post", "box": {"size_mm": [40, 40, 1800]}, "position_mm": [1440, 0, 900]}]},
             "collision",
         ),
-        ({"checks": {"elbow_deg": 80}}, "singular"),
+        pytest.param({"checks": {"elbow_deg": 80}}, "singular", marks=pytest.mark.slow),
         ({"tool": {"dimensions": {"stick_out_mm": 25}}}, "tool"),
-        ({"robot": {"max_acceleration_deg_s2": [1, 1, 1, 1, 1, 1]}}, None),
+        pytest.param({"robot": {"max_acceleration_deg_s2": [1, 1, 1, 1, 1, 1]}}, None, marks=pytest.mark.slow),
     ],
 )
 def test_what_is_wrong_in_the_cell_is_found_with_its_line(

@@ -116,7 +116,10 @@ HARMLESS = {
 }
 
 
-@pytest.mark.parametrize("what", HARMLESS)
+@pytest.mark.parametrize(
+    "what",
+    [what if what.startswith(("a wait", "words")) else pytest.param(what, marks=pytest.mark.slow) for what in HARMLESS],
+)
 def test_what_changes_nothing_is_feasible(what: str, tmp_path: Path) -> None:
     assert boss_program().read(tmp_path, HARMLESS[what]).feasible
 
@@ -159,7 +162,9 @@ DOUBTED = {
 }
 
 
-@pytest.mark.parametrize("what", DOUBTED)
+@pytest.mark.parametrize(
+    "what", [what if what.startswith("E1") else pytest.param(what, marks=pytest.mark.slow) for what in DOUBTED]
+)
 def test_what_may_be_meant_is_told_with_its_line(what: str, tmp_path: Path) -> None:
     change, words = DOUBTED[what]
     result = boss_program().read(tmp_path, change)

@@ -35,7 +35,9 @@ def exported(folder: Path, model: str, joints: list[str], **sections: Any) -> tu
     return result, made
 
 
-@pytest.mark.parametrize(("missing", "kept", "active"), [("tilt", "E2", 2), ("turn", "E1", 1)])
+@pytest.mark.parametrize(
+    ("missing", "kept", "active"), [("tilt", "E2", 2), pytest.param("turn", "E1", 1, marks=pytest.mark.slow)]
+)
 def test_an_axis_that_the_table_has_not_stands_in_no_point(tmp_path, missing, kept, active):
     _, made = exported(tmp_path, table(**{missing: None}), [kept])
     text = "".join(made.files.values())
@@ -50,7 +52,7 @@ def test_an_axis_that_the_table_has_not_stands_in_no_point(tmp_path, missing, ke
     assert {len(step[7]) for step in steps if step[0] != "event"} == {1}
 
 
-@pytest.mark.parametrize("name", ["E2", "TURN"])
+@pytest.mark.parametrize("name", [pytest.param("E2", marks=pytest.mark.slow), "TURN"])
 def test_what_a_program_calls_the_one_axis_of_a_table_is_told(tmp_path, name):
     _, made = exported(tmp_path, table(tilt=None).replace('"E2"', f'"{name}"'), [name])
     said = [str(line) for line in made.warnings if getattr(line, "code", None) is Code.PROGRAM_TABLE]
@@ -75,6 +77,7 @@ def test_a_part_that_stands_still_has_a_base_that_no_axis_moves(tmp_path):
     np.testing.assert_allclose(T[:3, 3] * 1e3, result.job.targets.position[0], atol=2e-3)
 
 
+@pytest.mark.slow
 def test_a_base_by_number_stands_still_as_well(tmp_path):
     _, made = exported(tmp_path, BENCH, [], controller={"base": 3})
     assert "$BASE = BASE_DATA[3]" in "".join(made.files.values())

@@ -54,7 +54,7 @@ def test_groups_are_connected_and_of_one_reason():
     assert target_groups(targets, [None] * 30) == []
 
 
-@pytest.mark.parametrize("roll", [{"fixed_deg": -20}, {"range_deg": [-30, 40]}])
+@pytest.mark.parametrize("roll", [pytest.param({"fixed_deg": -20}, marks=pytest.mark.slow), {"range_deg": [-30, 40]}])
 def test_what_is_screened_is_what_the_changed_case_has(roll, make_case):
     # one configuration of the arm as it is, at the screened pose, stands at the changed case's own pose
     path = make_case(**FEW, roll=roll)

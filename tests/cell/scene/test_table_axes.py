@@ -72,7 +72,7 @@ def test_an_endless_turn_takes_every_angle_and_is_swept_once_round(job):
         made.scene.check_table(np.deg2rad(400), 0.0)
 
 
-@pytest.mark.parametrize(("missing", "kept"), [(0, "E2"), (1, "E1")])
+@pytest.mark.parametrize(("missing", "kept"), [(0, "E2"), pytest.param(1, "E1", marks=pytest.mark.slow)])
 def test_one_axis_moves_the_table_and_the_other_is_refused(job, missing, kept):
     model = table(**{("tilt", "turn")[missing]: None})
     made = job(model, positioner={"joints": [kept], "max_speed_deg_s": [90]})

@@ -215,6 +215,7 @@ def test_no_piece_of_the_rounded_path_asks_for_more_than_the_accelerations(seed)
         assert (needed <= most * 1.01).all()
 
 
+@pytest.mark.slow
 def test_paths_timed_together_take_as_long_as_each_by_itself():
     rng = np.random.default_rng(41)
     fastest, most = np.array([3.0, 2.0]), np.array([4.0, 1.5])

@@ -29,7 +29,9 @@ def job_in(folder: Path, mode: str) -> Job:
     return cell.prepare(cell.load_case(CASES[mode](folder)))
 
 
-@pytest.mark.parametrize("mode", CASES)
+@pytest.mark.parametrize(
+    "mode", [mode if mode in ("fixed", "best") else pytest.param(mode, marks=pytest.mark.slow) for mode in CASES]
+)
 def test_a_case_is_checked_as_the_command_checks_it(mode: str, tmp_path: Path) -> None:
     path = CASES[mode](tmp_path)
     report, motion = tmp_path / "r.json", tmp_path / "m.csv"
@@ -42,6 +44,7 @@ def test_a_case_is_checked_as_the_command_checks_it(mode: str, tmp_path: Path) -
     assert json.loads(json.dumps(cell.report_document(result))) == json.loads(report.read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_what_cannot_be_built_is_infeasible_in_python_too(tmp_path: Path) -> None:
     path = boss_case(tmp_path, table={"mode": "coordinated"}, positioner={"position_mm": [4000, 0, 0]})
     report = tmp_path / "r.json"

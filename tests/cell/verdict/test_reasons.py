@@ -73,7 +73,10 @@ def points(model, data, q):
     return anchors, jac[:, [model.joint(f"A{k}").dofadr[0] for k in range(1, 7)]]
 
 
-@pytest.mark.parametrize(("key", "limit"), [("elbow_deg", 90), ("wrist_deg", 89.9), ("shoulder_mm", 3000)])
+@pytest.mark.parametrize(
+    ("key", "limit"),
+    [("elbow_deg", 90), ("wrist_deg", 89.9), pytest.param("shoulder_mm", 3000, marks=pytest.mark.slow)],
+)
 def test_singular_is_the_angle_or_distance_it_says(key, limit, make_case):
     result = run(make_case(**FEW, **FIXED, checks={key: limit}))
     model = mujoco.MjModel.from_xml_string(standalone_xml(result.job.scene))

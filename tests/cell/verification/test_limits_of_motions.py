@@ -12,6 +12,7 @@ import pytest
 from scipy.spatial import cKDTree
 from support.jobs.boss_motion import boss_case, job_of, result_of
 
+from cell.case.read import with_changes
 from cell.failure import Kind
 from cell.job.job import Job
 from cell.job.overhang_check import HORIZONTAL_DEG
@@ -39,7 +40,12 @@ def good(folder: Path) -> Result:
     return found
 
 
-def asked(folder: Path, **checks: float) -> Job:
+def asked(job: Job, **checks: float) -> Job:
+    """The same job with other limits that the motion alone is held against."""
+    return replace(job, case=with_changes(job.case, checks=job.case.checks.model_copy(update=checks)))
+
+
+def prepared(folder: Path, **checks: float) -> Job:
     """The same part with other limits."""
     sections: dict[str, Any] = {"beads": {"lead_out_mm": LEAD_MM}, "process": {"least_speed_share": 0.0}}
     return job_of(boss_case(folder, "asked", checks=checks, **sections))
@@ -58,15 +64,15 @@ def rows_of(motion: Motion, rows: np.ndarray, t_s: np.ndarray, **changes: Any) -
     return replace(motion, t_s=t_s, **{**kept, **changes})
 
 
-def test_how_far_off_upright_beads_are_laid(good: Result, folder: Path) -> None:
+def test_how_far_off_upright_beads_are_laid(good: Result) -> None:
     scene = good.job.scene
     data = mujoco.MjData(scene.model)
     data.qpos[scene.table_qpos] = good.motion.table[0]
     mujoco.mj_kinematics(scene.model, data)
     up = good.job.targets.normal @ data.site("part").xmat.reshape(3, 3)[2]
     steepest = float(np.rad2deg(np.arccos(np.clip(up, -1.0, 1.0))).max())
-    assert look(asked(folder, gravity_max_deg=steepest + 0.05), good.motion).feasible
-    found = look(asked(folder, gravity_max_deg=steepest - 0.05), good.motion)
+    assert look(asked(good.job, gravity_max_deg=steepest + 0.05), good.motion).feasible
+    found = look(asked(good.job, gravity_max_deg=steepest - 0.05), good.motion)
     assert reasons(found) == {"gravity"}
     assert max(f.failure.measure for f in found.findings) == pytest.approx(steepest, abs=1e-3)
 
@@ -105,24 +111,28 @@ def test_how_near_the_wrist_comes_to_its_singularity(good: Result, folder: Path)
     m = good.motion
     welding = np.flatnonzero(m.arc == 1)
     least = float(np.rad2deg(np.abs(m.q[welding, 4])).min())
-    assert look(asked(folder, wrist_deg=least - 0.1), m).feasible
-    found = look(asked(folder, wrist_deg=least + 0.1), m)
+    assert look(prepared(folder, wrist_deg=least - 0.1), m).feasible
+    found = look(prepared(folder, wrist_deg=least + 0.1), m)
     assert reasons(found) == {"singular"}
     assert min(f.failure.measure for f in found.findings) == pytest.approx(least, abs=0.05)
 
 
-def test_how_far_off_the_bead_the_tcp_is(good: Result, folder: Path) -> None:
+def test_how_far_off_the_bead_the_tcp_is(good: Result) -> None:
     q = good.motion.q.copy()
     q[:, 0] += 2e-4
     turned = replace(good.motion, q=q)
-    off = look(asked(folder, off_bead_mm=10.0), turned).bead_distance[0] * 1e3
+    off = look(asked(good.job, off_bead_mm=10.0), turned).bead_distance[0] * 1e3
     assert 0.1 < off < 1.0
-    inside, outside = (look(asked(folder, off_bead_mm=share * off, off_wire_deg=1.0), turned) for share in (1.02, 0.98))
+    inside, outside = (
+        look(asked(good.job, off_bead_mm=share * off, off_wire_deg=1.0), turned) for share in (1.02, 0.98)
+    )
     assert Kind.OFF_BEAD not in {f.failure.kind for f in inside.findings}
     assert Kind.OFF_BEAD in {f.failure.kind for f in outside.findings}
 
 
-@pytest.mark.parametrize(("axis", "turn"), [(0, 2e-4), (5, 0.02), (3, -0.01)])
+@pytest.mark.parametrize(
+    ("axis", "turn"), [(5, 0.02), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((0, 2e-4), (3, -0.01)))]
+)
 def test_the_distance_reported_is_that_from_the_bead(good: Result, axis: int, turn: float) -> None:
     """Against points 10 um apart on the bead's stretches next to the row's target."""
     q = good.motion.q.copy()
@@ -157,13 +167,18 @@ def points_near(job: Job, k: int) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("turn", [0.005, 0.02])
-@pytest.mark.parametrize("limits", [(0.05, 0.05), (0.6, 3.0)])
-def test_what_is_too_far_from_the_place_that_fits_best_is_wrong(good: Result, folder: Path, turn, limits) -> None:
+@pytest.mark.parametrize(
+    ("turn", "limits"),
+    [
+        *[(0.005, (0.05, 0.05)), (0.02, (0.6, 3.0))],
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((0.02, (0.05, 0.05)), (0.005, (0.6, 3.0)))),
+    ],
+)
+def test_what_is_too_far_from_the_place_that_fits_best_is_wrong(good: Result, turn, limits) -> None:
     """Whatever figure it is reported by: no sample over a limit is left out."""
     q = good.motion.q.copy()
     q[:, 5] += turn
-    job, m = asked(folder, off_bead_mm=limits[0], off_wire_deg=limits[1]), replace(good.motion, q=q)
+    job, m = asked(good.job, off_bead_mm=limits[0], off_wire_deg=limits[1]), replace(good.motion, q=q)
     fine = dense(job, m, way_of(job, m), FINE, m.welding)
     on = against_beads(job, fine, m.target[fine.row])
     assert (on.judged_distance >= on.bead_distance).all()

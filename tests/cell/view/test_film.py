@@ -67,7 +67,7 @@ def test_an_mp4_moves_and_lasts_as_long_as_it_should(little: Result, tmp_path: P
 
 
 @pytest.mark.parametrize("name", ["film.gif", "film.mp4"])
-@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, pytest.param(RuntimeError, marks=pytest.mark.slow)])
 def test_an_interrupted_film_leaves_nothing(
     little: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, error: type[BaseException]
 ) -> None:

@@ -163,7 +163,7 @@ def test_metal_of_a_sliced_boss_is_area_times_thickness():
     )
 
 
-@pytest.mark.parametrize("pattern", ["zigzag", "contour_parallel"])
+@pytest.mark.parametrize("pattern", ["zigzag", pytest.param("contour_parallel", marks=pytest.mark.slow)])
 def test_middle_lines_that_do_not_go_right_round_are_laid_once(pattern: str) -> None:
     """A ring that leans about a body beside its axis: the last layers are sickles, thin at their ends."""
     section = CrossSection([[(19, 0), (27, 0), (25, 12), (19, 12)]])
@@ -190,7 +190,9 @@ def test_lines_to_and_fro_are_spread_so_that_joints_and_rounds_are_no_surplus(sh
         assert [line for line in laid.warnings if getattr(line, "code", None) == Code.DEPOSIT_SHARE] == []
 
 
-@pytest.mark.parametrize(("radius", "high"), [(20.0, 18.0), (20.0, 25.0), (10.0, 30.0)])
+@pytest.mark.parametrize(
+    ("radius", "high"), [(10.0, 30.0), *(pytest.param(20.0, high, marks=pytest.mark.slow) for high in (18.0, 25.0))]
+)
 def test_lines_about_a_body_lay_what_a_ring_takes(radius: float, high: float) -> None:
     tube = Manifold.cylinder(high, radius + 5, radius + 5, 256) - Manifold.cylinder(3 * high, radius - 1, -1, 256, True)
     sliced = slice_sub_volume(from_manifold(tube), CylindricalBody(radius), SlicingParameters("cylindrical"))

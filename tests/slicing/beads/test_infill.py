@@ -77,7 +77,11 @@ LAYERS = {
 }
 
 
-@pytest.mark.parametrize("name", LAYERS)
+# of the others a quick run has the like
+FEW = [pytest.param(name, marks=pytest.mark.slow) if name in ("ring on a cone", "profile") else name for name in LAYERS]
+
+
+@pytest.mark.parametrize("name", FEW)
 def test_beads_cover_what_they_can_reach_and_nothing_outside(name):
     layer = LAYERS[name]()
     for pattern, angle in (("contour_parallel", 0.0), ("zigzag", 0.0), ("zigzag", 90.0), ("zigzag", 37.0)):
@@ -87,7 +91,7 @@ def test_beads_cover_what_they_can_reach_and_nothing_outside(name):
         assert outside < 2e-3 * layer.area_mm2, (pattern, angle)
 
 
-@pytest.mark.parametrize("name", LAYERS)
+@pytest.mark.parametrize("name", FEW)
 def test_beads_lie_on_their_surface_and_in_their_layer(name):
     layer = LAYERS[name]()
     for pattern in FILLS:

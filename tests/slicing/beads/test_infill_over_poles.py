@@ -78,7 +78,9 @@ def layer_of(name: str) -> Layer:
     return LAYERS[name]()
 
 
-@pytest.mark.parametrize("name", LAYERS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if "shaft" in name else name for name in LAYERS]
+)
 def test_beads_cover_what_they_can_reach_and_lie_on_the_surface(name):
     layer = layer_of(name)
     for pattern, angle in FILLS:

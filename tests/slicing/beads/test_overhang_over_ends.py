@@ -38,7 +38,7 @@ def disc(r: float, hole: float = 0.0) -> float:
 
 @pytest.mark.parametrize("upside_down", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_head_that_is_wider_than_its_stem_is_told_of_with_its_area_and_place(upside_down):
-    solid, body = rod(10, 25, 60) + rod(18, 45, 60), PLATE
+    solid, body = rod(10, 25, 50) + rod(18, 45, 50), PLATE
     if upside_down:
         solid, body = solid.rotate((180, 0, 0)), RevolvedBody(((40.0, 0.0), (40.0, -30.0), (0.0, -30.0)))
     (one,), (line,), laid = laid_on(solid, body)
@@ -67,7 +67,7 @@ def test_a_ring_that_comes_back_over_the_end_begins_in_the_air():
 
 def test_a_plug_over_the_end_with_nothing_below_the_middle_is_told_of():
     """A pipe on the end that closes: the disc that closes it has its border below, and nothing within."""
-    bottle = rod(16, 25, 60) - rod(10, 20, 50)
+    bottle = rod(16, 25, 53) - rod(10, 20, 50)
     (one,), _, _ = laid_on(bottle, PLATE)
     assert one.area_mm2 == pytest.approx(disc(10 - ALLOWED), rel=2e-3)
     assert one.out_mm == pytest.approx(10.0, abs=0.2)

@@ -82,7 +82,7 @@ def test_torus_segment(radius):
     assert curve.length_mm == pytest.approx(2 * radius + 4 * high, rel=1e-4)
 
 
-@pytest.mark.parametrize("strategy", ["planar", "cylindrical", "nonuniform"])
+@pytest.mark.parametrize("strategy", ["planar", "cylindrical", pytest.param("nonuniform", marks=pytest.mark.slow)])
 def test_a_boss_of_12_triangles_and_of_100000_has_the_same_layers(strategy):
     def where(u, v, w):
         return 10 + 30 * u, 12 * v - 6, 16 * w - 8

@@ -22,7 +22,7 @@ SOLIDS = {
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-@pytest.mark.parametrize("half", [15.0, -40.0, 65.0, -2.0])
+@pytest.mark.parametrize("half", [15.0, -40.0, *(pytest.param(a, marks=pytest.mark.slow) for a in (65.0, -2.0))])
 def test_together_as_alone(name, half):
     mesh, cone = SOLIDS[name](), Cone(AXIS, 20.0, half)
     heights = 1.73 * np.arange(-4, 22)

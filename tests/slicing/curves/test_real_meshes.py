@@ -90,7 +90,7 @@ def _hole(polygon: np.ndarray) -> bool:
 
 
 @pytest.mark.parametrize("name", CLEAN)
-@pytest.mark.parametrize("straight", [True, False])
+@pytest.mark.parametrize("straight", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_sections_agree_with_manifold3d_and_trimesh(name, straight):
     mesh = load_mesh(ROOT / name, CLEAN[name])
     rng = np.random.default_rng(zlib.crc32(name.encode()))

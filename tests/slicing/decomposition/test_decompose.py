@@ -25,7 +25,7 @@ from slicing.surfaces.bodies import CylindricalBody
 PARTS = ROOT / "models" / "parts"
 
 
-QUICK = settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+QUICK = settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def moved(mesh, motion, name="moved"):
@@ -78,7 +78,9 @@ def test_propeller_has_five_blades_on_its_hub(propeller):
     assert azimuths == pytest.approx([54, 126, 198, 270, 342], abs=0.1)
 
 
-@pytest.mark.parametrize("strategy", ["planar", "cylindrical", "nonuniform"])
+@pytest.mark.parametrize(
+    "strategy", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("planar", "cylindrical")), "nonuniform"]
+)
 def test_a_found_blade_is_sliced_as_the_blade_itself(propeller, blade, strategy):
     parameters = SlicingParameters(strategy)
     found = slice_sub_volume(propeller.sub_volumes[3], propeller.bodies[3], parameters)
@@ -118,6 +120,7 @@ def test_other_parts_of_the_paper(part, radius, alone):
         assert [la.area_mm2 for la in layers[0]] == pytest.approx([la.area_mm2 for la in layers[1]], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_end_flanges_of_the_valve_are_rings_on_its_body():
     path = PARTS / "valve.stl"
     if not path.exists():
@@ -164,6 +167,7 @@ def test_roots_lie_on_the_body_and_nothing_of_it_is_left(boxes):
     assert parts.body_mesh.volume == pytest.approx(from_manifold(shaft()).volume, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_refined_mesh_gives_the_same(plain):
     fine = decompose(from_manifold(three_boxes().refine(4), "fine"))
     assert fine.body == plain.body

@@ -18,7 +18,7 @@ from slicing.warning import Code, Warning
 SEEDS = (2, 20, 23, 25, 28, 34, 37, 41)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", [2, 20, *(pytest.param(seed, marks=pytest.mark.slow) for seed in SEEDS[2:])])
 def test_parts_of_known_truth_are_found(seed, tmp_path):
     part = machined_part(seed)
     path = part.save(tmp_path, FORMATS[seed % len(FORMATS)])
@@ -56,7 +56,13 @@ def doubts(parts: Decomposition) -> list[Warning]:
     return [line for line in parts.warnings if isinstance(line, Warning) and line.code in DOUBTS]
 
 
-@pytest.mark.parametrize(("sides", "rounded"), [(4, 0.0), (6, 0.0), (6, 5.0), (8, 0.0), (8, 2.0), (10, 0.0)])
+@pytest.mark.parametrize(
+    ("sides", "rounded"),
+    [
+        *[(6, 0.0), (8, 2.0)],
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((4, 0.0), (6, 5.0), (8, 0.0), (10, 0.0))),
+    ],
+)
 def test_a_spigot_longer_than_its_bar_is_doubted_as_a_body(sides, rounded):
     parts = decompose(mesh_of(bar(sides, rounded) + shaft(12, 60, 220)))
     assert parts.body.radius_mm == pytest.approx(12.0, abs=1e-3)
@@ -68,7 +74,7 @@ def test_a_spigot_longer_than_its_bar_is_doubted_as_a_body(sides, rounded):
     assert doubts(told) == []
 
 
-@pytest.mark.parametrize("rounded", [2.0, 10.0])
+@pytest.mark.parametrize("rounded", [2.0, pytest.param(10.0, marks=pytest.mark.slow)])
 def test_rounded_edges_of_an_octagonal_bar_are_doubted_as_sub_volumes(rounded):
     parts = decompose(mesh_of(bar(8, rounded) + shaft(12, 60, 90)))
     assert len(parts.sub_volumes) == 8  # the boss and seven edges

@@ -18,7 +18,9 @@ from slicing.mesh.solid import Mesh, mesh_from_arrays
 from slicing.warning import Code
 
 
-@pytest.mark.parametrize(("sides", "digits"), [(24, 2), (40, 2), (48, 3)])
+@pytest.mark.parametrize(
+    ("sides", "digits"), [(24, 2), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((40, 2), (48, 3)))]
+)
 def test_rounded_coordinates_hide_no_body(sides, digits):
     solid = cylinder(25, 0, 50, sides) + cylinder(20, 50, 90, sides) + box((3, -3, 55), (50, 3, 85))
     parts = decompose(mesh_of(solid, digits=digits))

@@ -91,14 +91,21 @@ def test_a_body_with_a_cone():
         slice_sub_volume(parts.sub_volumes[0], parts.bodies_for("conical")[0], SlicingParameters("conical"))
 
 
-def test_domes_and_fillets_are_body():
-    dome = shaft() + Manifold.sphere(20, 32).translate((0, 0, 100))
+def dome() -> Manifold:
+    return shaft() + Manifold.sphere(20, 32).translate((0, 0, 100))
+
+
+def fillet() -> Manifold:
     quarter = [(25 - 5 * math.cos(t), 95 + 5 * math.sin(t)) for t in np.linspace(0, np.pi / 2, 9)]
-    fillet = Manifold.revolve(CrossSection([[(15, 95), *quarter, (25, 102), (15, 102)]]), 128)
-    for solid in (dome, shaft() + cylinder(30, 100, 160) + fillet):
-        parts = decompose(from_manifold(solid + boss(8, 40, 0, 50), "part"))
-        assert len(parts.sub_volumes) == 1
-        assert parts.bodies == (CylindricalBody(20.0),)
+    section = CrossSection([[(15, 95), *quarter, (25, 102), (15, 102)]])
+    return shaft() + cylinder(30, 100, 160) + Manifold.revolve(section, 128)
+
+
+@pytest.mark.parametrize("solid", [dome, pytest.param(fillet, marks=pytest.mark.slow)])
+def test_domes_and_fillets_are_body(solid):
+    parts = decompose(from_manifold(solid() + boss(8, 40, 0, 50), "part"))
+    assert len(parts.sub_volumes) == 1
+    assert parts.bodies == (CylindricalBody(20.0),)
 
 
 def test_bridges_are_one_sub_volume():
@@ -128,11 +135,15 @@ def test_shells_that_overlap_are_united():
     ("solid", "says"),
     [
         (lambda: Manifold.cube((20, 20, 20), True), "no round body"),
-        (lambda: Manifold.cube((20, 20, 20), True).refine(12), "no round body"),
+        pytest.param(lambda: Manifold.cube((20, 20, 20), True).refine(12), "no round body", marks=pytest.mark.slow),
         (lambda: Manifold.cube((40, 40, 40), True) - cylinder(5, -50, 50), "no round body"),
         (lambda: Manifold.cube((20, 20, 20), True).minkowski_sum(Manifold.sphere(4, 24)), "no round body"),
         (lambda: Manifold.cube((40, 40, 40), True) + cylinder(5, 10, 40), "no round body"),
-        (lambda: Manifold.revolve(CrossSection.circle(5, 32).translate((20, 0)), 64), "no round body"),
+        pytest.param(
+            lambda: Manifold.revolve(CrossSection.circle(5, 32).translate((20, 0)), 64),
+            "no round body",
+            marks=pytest.mark.slow,
+        ),
         (lambda: cylinder(20, 0, 100, 7) + boss(5, 40, 0, 50), "at least 8 sides"),
         (lambda: shaft(), "nothing stands on its round body (radius 20 mm)"),
         (lambda: cylinder(20, 0, 100) + cylinder(30, 100, 180), "nothing stands on its round body (radius 30 mm)"),

@@ -48,7 +48,7 @@ def test_parts_of_known_truth_are_found(seed, tmp_path):
     assert found.kind == "right", f"{found.why} [{part.words}]"
 
 
-@pytest.mark.parametrize("sides", [8, 9, 13])
+@pytest.mark.parametrize("sides", [13, *(pytest.param(sides, marks=pytest.mark.slow) for sides in (8, 9))])
 def test_a_hub_of_few_sides_is_the_body_and_not_its_round_boss(sides):
     one = radial_cylinder(5, 10, 40, 32).translate((0, 0, 30))
     parts = decompose(mesh_of(cylinder(20, 0, 60, sides) + one, turned(50, (1, 2, 3), (80, -20, 10))))
@@ -86,7 +86,13 @@ def test_a_turned_bar_with_an_octagonal_flange_is_a_bar():
     assert len(parts.sub_volumes) == 1
 
 
-@pytest.mark.parametrize(("fillet", "steps"), [(0.0, 1), (2.0, 3), (5.0, 16), (10.0, 6), (10.0, 40)])
+@pytest.mark.parametrize(
+    ("fillet", "steps"),
+    [
+        *[(0.0, 1), (5.0, 16)],
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((2.0, 3), (10.0, 6), (10.0, 40))),
+    ],
+)
 def test_root_fillets_of_a_blade_leave_radius_and_axis(fillet, steps):
     blade = Manifold.extrude(filleted_blade(20.0, 10.0, 50.0, fillet, steps), 60.0)
     parts = decompose(mesh_of(cylinder(20, 0, 60) + blade))
@@ -96,7 +102,7 @@ def test_root_fillets_of_a_blade_leave_radius_and_axis(fillet, steps):
     assert volumes(parts) == pytest.approx([fine.volume()], rel=5e-4)
 
 
-@pytest.mark.parametrize(("sides", "steps"), [(26, 5), (63, 12)])
+@pytest.mark.parametrize(("sides", "steps"), [(26, 5), pytest.param(63, 12, marks=pytest.mark.slow)])
 def test_a_boss_with_a_root_fillet_is_no_body(sides, steps):
     boss = radial_cylinder(12, 10, 60, 63) + boss_fillet(30, 12, 8, 63, steps)
     boss = boss.translate((0, 0, 28))
@@ -124,7 +130,7 @@ def test_a_ring_shaped_cavity_in_a_collar_is_no_body():
     assert volumes(parts) == pytest.approx([(ring - cavity - cylinder(25, -1, 151, 4096)).volume()], rel=1e-3)
 
 
-@pytest.mark.parametrize("angle", [0.1, 0.5, 1.5, 3.0, 12.0])
+@pytest.mark.parametrize("angle", [0.1, 3.0, *(pytest.param(a, marks=pytest.mark.slow) for a in (0.5, 1.5, 12.0))])
 def test_a_drafted_hub_is_a_cone_and_no_tilted_cylinder(angle):
     top = 25 - 100 * math.tan(math.radians(angle))
     parts = decompose(mesh_of(cylinder(25, 0, 100, 48, max(top, 1)) + box((3, -3, 30), (50, 3, 70))))
@@ -135,7 +141,7 @@ def test_a_drafted_hub_is_a_cone_and_no_tilted_cylinder(angle):
     assert parts.evidence.kind == "cone"
 
 
-@pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
+@pytest.mark.parametrize("strategy", ["cylindrical", pytest.param("nonuniform", marks=pytest.mark.slow)])
 def test_cylindrical_layers_begin_with_the_whole_root_on_a_drafted_hub(strategy):
     top = 25 - 100 * math.tan(math.radians(0.5))
     parts = decompose(mesh_of(cylinder(25, 0, 100, 48, top) + box((3, -3, 30), (50, 3, 70))))
@@ -149,7 +155,7 @@ def test_cylindrical_layers_begin_with_the_whole_root_on_a_drafted_hub(strategy)
     assert not any(over.area_mm2 for over in overhangs(sliced, 2.5))
 
 
-@pytest.mark.parametrize("angle", [10.0, 45.0, 77.0])
+@pytest.mark.parametrize("angle", [45.0, *(pytest.param(a, marks=pytest.mark.slow) for a in (10.0, 77.0))])
 def test_flats_that_outweigh_the_round_turn_no_axis(angle):
     solid = cylinder(15, 0, 20, 48)
     for k in range(3):
@@ -161,7 +167,7 @@ def test_flats_that_outweigh_the_round_turn_no_axis(angle):
     assert len(parts.sub_volumes) == 3
 
 
-@pytest.mark.parametrize(("count", "length"), [(4, 150), (12, 80)])
+@pytest.mark.parametrize(("count", "length"), [(4, 150), pytest.param(12, 80, marks=pytest.mark.slow)])
 def test_fins_longer_than_the_hub(count, length):
     solid = cylinder(20, 0, 100, 48)
     for k in range(count):
@@ -207,13 +213,13 @@ def test_a_piece_that_touches_nothing_is_told():
     assert not any("ends or steps" in w for w in parts.warnings)
 
 
-def test_body_and_sub_volumes_add_up_to_the_part():
-    for seed in (301, 308):
-        part = cad_part(seed)
-        mesh = mesh_from_arrays("part", part.vertices, part.faces)
-        parts = decompose(mesh)
-        assert parts.body_mesh.volume + sum(volumes(parts)) == pytest.approx(mesh.volume, rel=2e-4)
-        assert Code.BODY_VOLUME not in codes(parts)
+@pytest.mark.parametrize("seed", [301, pytest.param(308, marks=pytest.mark.slow)])
+def test_body_and_sub_volumes_add_up_to_the_part(seed):
+    part = cad_part(seed)
+    mesh = mesh_from_arrays("part", part.vertices, part.faces)
+    parts = decompose(mesh)
+    assert parts.body_mesh.volume + sum(volumes(parts)) == pytest.approx(mesh.volume, rel=2e-4)
+    assert Code.BODY_VOLUME not in codes(parts)
 
 
 def test_a_boss_on_a_block_is_no_body():

@@ -97,7 +97,7 @@ def test_a_flight_that_stands_out_farther_than_its_foot_is_wide_is_a_sub_volume(
     assert Code.BODY_STEP not in codes(parts)
 
 
-@pytest.mark.parametrize(("radius_mm", "count"), [(15.0, 2), (20.0, 1)])
+@pytest.mark.parametrize(("radius_mm", "count"), [pytest.param(15.0, 2, marks=pytest.mark.slow), (20.0, 1)])
 def test_a_radius_that_is_told_makes_what_is_wider_a_sub_volume(radius_mm, count):
     parts = decompose(threaded(3.0, 3.8), BodyHint(radius_mm=radius_mm))
     assert len(parts.sub_volumes) == count
@@ -148,8 +148,10 @@ def test_the_lands_of_a_pulley_are_body():
     ("top", "bottom", "lands"),
     [
         (40.0, 30.0, [(10.0, 14.0), (20.0, 24.0)]),  # two rings: the groove goes down to the hub
-        (60.0, 33.0, LANDS),  # deeper than from land to land: discs
-        (40.0, 33.0, [(10.0, 11.0), (24.0, 25.0), (38.0, 39.0)]),  # hardly any land is left
+        # deeper than from land to land: discs
+        pytest.param(60.0, 33.0, LANDS, marks=pytest.mark.slow),
+        # hardly any land is left
+        pytest.param(40.0, 33.0, [(10.0, 11.0), (24.0, 25.0), (38.0, 39.0)], marks=pytest.mark.slow),
     ],
 )
 def test_rings_that_stand_on_a_bottom_are_no_lands(top, bottom, lands):
@@ -184,6 +186,7 @@ def test_blades_on_a_curved_hub_are_apart():
     assert [len(layer.curves) for layer in sliced.layers[:3]] == [1, 1, 1]
 
 
+@pytest.mark.slow
 def test_a_boss_beside_a_thread_keeps_its_volume():
     boss = radial_cylinder(8, 5, 45, SIDES).translate((0, 0, 20))
     thread = helix(4.0, 4, ridge(15, 17, 2.6, 1.0)).translate((0, 0, 50))

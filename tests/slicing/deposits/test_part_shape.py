@@ -48,9 +48,17 @@ def hulls(shape):
     return [trimesh.PointCloud(v).convex_hull for name, v in shape.hulls.items() if name.startswith("deposit/")]
 
 
-@pytest.mark.parametrize("solid", [boss, ring, fine_ring, tube])
-@pytest.mark.parametrize("strategy", ["cylindrical", "nonuniform"])
-@pytest.mark.parametrize("many", [part_shape.MANY_POINTS, 0])
+@pytest.mark.parametrize("solid", [boss, ring, tube, pytest.param(fine_ring, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("strategy", "many"),
+    [
+        *[("cylindrical", part_shape.MANY_POINTS), ("nonuniform", 0)],
+        *(
+            pytest.param(*one, marks=pytest.mark.slow)
+            for one in (("cylindrical", 0), ("nonuniform", part_shape.MANY_POINTS))
+        ),
+    ],
+)
 def test_every_layer_is_covered_by_its_pieces(solid, strategy, many):
     s = sliced(solid(), strategy)
     shape = part_shape.part_shape([s], None, BODY, most_points=many)

@@ -39,7 +39,9 @@ LAYERS = {
 }
 
 
-@pytest.mark.parametrize("name", LAYERS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if "shaft" in name else name for name in LAYERS]
+)
 def test_what_lies_between_the_borders_is_covered(name):
     mesh, strategy, body = LAYERS[name]()
     layers = tuple(replace(layer_on(mesh, body, 1.73 * k), index=k) for k in range(3))

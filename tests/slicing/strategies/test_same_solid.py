@@ -97,12 +97,21 @@ def test_the_part_has_holes_and_several_loops():
     assert (pin, pipe, block) == ([1, 0], [2, 1], [4, 1])  # two pieces beside the bore across, a hole with an island
 
 
-@pytest.mark.parametrize("name", [name for name in meshes() if name != "as it is"])
+OTHERWISE = (
+    "in inches",
+    "refined, other diagonals, turned and moved",
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("other diagonals", "refined and shuffled")),
+)
+
+
+@pytest.mark.parametrize("name", OTHERWISE)
 def test_the_same_solid_otherwise_has_the_same_layers(name):
     held(layers(*meshes()[name]))
 
 
-@pytest.mark.parametrize("kind", FORMATS)
+@pytest.mark.parametrize(
+    "kind", [kind if kind == "3mf" else pytest.param(kind, marks=pytest.mark.slow) for kind in FORMATS]
+)
 def test_the_same_solid_from_another_file_has_the_same_layers(kind, tmp_path):
     nothing = Truth(np.zeros(3), np.array([0.0, 0.0, 1.0]), (), 0.0, 48)
     held(layers(load_mesh(CadPart("", *solid(), nothing).save(tmp_path, kind)), 1.0, STRATEGIES[:1]))

@@ -6,6 +6,7 @@ import ast
 
 import pytest
 from support.paths import ROOT
+from support.source_trees import nodes_of
 
 from slicing.beads.overhang import VIEWS
 from slicing.beads.regions import ISLANDS
@@ -29,7 +30,7 @@ ASKED = {
 def test_kinds_are_asked_for_in_few_places_with_a_reason():
     found = []
     for path in sorted((ROOT / "slicing").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes_of(path):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance":
                 names = {name.id for name in ast.walk(node.args[1]) if isinstance(name, ast.Name)}
                 found += [path.relative_to(ROOT).as_posix()] * bool(names & KINDS)

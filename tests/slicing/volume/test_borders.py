@@ -115,7 +115,7 @@ def codes(sliced: SlicedSubVolume) -> set[tuple[Code, int | None]]:
     return {(line.code, line.layer) for line in hold_volume(sliced).lines}
 
 
-@pytest.mark.parametrize("strategy", ["planar", "nonuniform"])
+@pytest.mark.parametrize("strategy", ["planar", pytest.param("nonuniform", marks=pytest.mark.slow)])
 def test_a_bridge_of_no_width_and_a_loop_of_little_area_are_seen(strategy):
     legs = (
         box_solid((10, -12, -6), (60, -4, 6))

@@ -107,7 +107,7 @@ def test_thickness_is_integrated_over_the_region():
 
 
 @pytest.mark.parametrize(
-    "name", ["propeller", "support", *(pytest.param(n, marks=pytest.mark.slow) for n in ("valve", "boiler"))]
+    "name", ["propeller", *(pytest.param(n, marks=pytest.mark.slow) for n in ("support", "valve", "boiler"))]
 )
 def test_layers_of_the_shipped_parts_fit_their_solids(name):
     from slicing.decomposition.decompose import decompose
@@ -169,7 +169,7 @@ def test_a_hole_taken_for_an_outer_loop_is_seen(strategy):
     ("body", "strategy", "mesh"),
     [
         (ConicalBody(20.0, 15.0), "conical", from_manifold(FORK)),
-        (ConicalBody(20.0, 15.0), "conical", ring(12.0, 36.0, -4.0, 7.0, n=90)),
+        pytest.param(ConicalBody(20.0, 15.0), "conical", ring(12.0, 36.0, -4.0, 7.0, n=90), marks=pytest.mark.slow),
         (RevolvedBody(((20.0, -40.0), (23.0, 0.0), (22.0, 40.0))), "revolved", from_manifold(FORK)),
     ],
 )

@@ -21,7 +21,7 @@ def boss_case(folder: Path, name: str = "boss", **sections: Any) -> Path:
     content = {
         "part": {"sub_volumes": ["boss.stl"], "body": {"radius_mm": 20, "z_mm": [0, 40]}},
         "support": {"radius_mm": 15, "height_mm": 100},
-        "slicing": {"h_layer_mm": 2.2},
+        "slicing": {"strategy": "cylindrical", "h_layer_mm": 2.2},
         "positioner": {"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90]},
         "table": {"E1_deg": 90, "E2_deg": 180},
         **sections,

@@ -267,7 +267,7 @@ def test_a_rounded_corner_that_comes_too_near_is_never_passed(least):
     assert met > 15
 
 
-@pytest.mark.parametrize("least", [0.0, 0.02])
+@pytest.mark.parametrize("least", [pytest.param(0.0, marks=pytest.mark.slow), 0.02])
 def test_a_rounding_is_passed_by_what_the_rows_keep_only_where_it_keeps_it_too(least):
     rng = np.random.default_rng(11)
     passed = near = 0

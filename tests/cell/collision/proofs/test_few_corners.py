@@ -62,7 +62,7 @@ def test_no_point_is_beyond_its_shape_in_any_direction():
 
 
 @pytest.mark.parametrize("form", [shell, ball, grains, bar])
-@pytest.mark.parametrize("count", [GROUP - 1, GROUP, GROUP + 1, 5 * GROUP + LOOSE + 1, 6000])
+@pytest.mark.parametrize("count", [GROUP - 1, GROUP, GROUP + 1, 5 * GROUP + LOOSE + 1, 3500])
 def test_of_many_points_none_is_left_out(form, count):
     rng = np.random.default_rng(count)
     cloud = form(rng, count) + rng.normal(size=3)

@@ -74,10 +74,11 @@ def domes(rng, layers, count):
     [
         (tubes, 40, MOST_LATER + 300),
         (tubes, 9, MOST_LATER - 1),
-        (tubes, 70, 700),
-        (slabs, 90, 600),
         (slabs, 300, 60),
-        (domes, 10, 1600),
+        *(
+            pytest.param(*one, marks=pytest.mark.slow)
+            for one in ((tubes, 70, 700), (slabs, 90, 600), (domes, 10, 1600))
+        ),
     ],
 )
 def test_every_cover_holds_all_points_of_what_is_laid_by_then(part, layers, count):
@@ -106,7 +107,8 @@ def bits(shape):
 
 
 @pytest.mark.parametrize(
-    ("part", "layers", "count"), [(tubes, 21, MOST_LATER + 100), (slabs, 60, 400), (domes, 6, 1600)]
+    ("part", "layers", "count"),
+    [(tubes, 21, MOST_LATER + 100), (slabs, 60, 400), pytest.param(domes, 6, 1600, marks=pytest.mark.slow)],
 )
 def test_covers_are_the_same_to_the_bit_whatever_is_asked_for_first(part, layers, count):
     every = list(part(np.random.default_rng(21), layers, count))

@@ -45,7 +45,9 @@ def dense(q, step, rng):
     return q[step][:, None] + t * (q[step + 1] - q[step])[:, None]
 
 
-@pytest.mark.parametrize(("size", "wanted"), [(0.002, 0.06), (0.02, 0.005), (0.03, 0.03)])
+@pytest.mark.parametrize(
+    ("size", "wanted"), [(0.002, 0.06), (0.02, 0.005), pytest.param(0.03, 0.03, marks=pytest.mark.slow)]
+)
 def test_nothing_is_nearer_than_what_is_proved_to_be_kept(scenes, size, wanted):
     rng = np.random.default_rng(int(1e4 * size + 1e3 * wanted))
     tight = []
@@ -200,7 +202,7 @@ def test_along_a_flat_wall_few_samples_prove_all(scenes):
     assert 0 < asked < 0.7 * proved
 
 
-@pytest.mark.parametrize("least", [0.005, 0.05])
+@pytest.mark.parametrize("least", [0.005, pytest.param(0.05, marks=pytest.mark.slow)])
 def test_a_clearance_is_kept_along_where_no_step_is_named(scenes, least):
     rng = np.random.default_rng(int(1e3 * least))
     named = closed = 0

@@ -21,8 +21,8 @@ from cell.failure import ON_TRAVEL, Contact, Failure, Kind
 from cell.html.check_page import html_report
 from cell.job.job import Job
 from cell.motion.motion_file import ReadMotion
-from cell.planning import beads_ahead
-from cell.planning.beads_ahead import BeadsAhead
+from cell.planning.neighbours import beads_ahead
+from cell.planning.neighbours.beads_ahead import BeadsAhead
 from cell.planning.part_plan import plan_part
 from cell.planning.travels import home as home_module
 from cell.planning.travels.straight_travels import BeadGap, straight_travels
@@ -219,7 +219,7 @@ def test_a_home_shut_off_from_the_part_has_no_path(folder: Path) -> None:
         assert in_words(result.rows[i]).startswith(way)
 
 
-@pytest.mark.parametrize("shut", ["out", "back"])
+@pytest.mark.parametrize("shut", ["out", pytest.param("back", marks=pytest.mark.slow)])
 def test_a_bead_begins_or_ends_elsewhere_where_home_is_else_not_reached(
     shut: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -256,7 +256,7 @@ def only_bead(job: Job) -> Job:
     return replace(job, targets=replace(t, closed=t.closed[:1], **some), beads=())
 
 
-@pytest.mark.parametrize("shut", ["out", "back"])
+@pytest.mark.parametrize("shut", [pytest.param("out", marks=pytest.mark.slow), "back"])
 def test_an_only_bead_that_is_begun_or_ended_elsewhere_gets_both_ways_anew(
     shut: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -125,6 +125,7 @@ def post_at(place: np.ndarray) -> dict[str, object]:
     return {"name": "post", "box": {"size_mm": [1.0, 1.0, 1.0]}, "position_mm": (1e3 * place).tolist()}
 
 
+@pytest.mark.slow
 def test_a_way_with_room_at_its_samples_is_taken_only_if_it_is_free_between_them(boss):
     context, stretches = boss
     chain, least, rng = context.solver.chain, context.settings.clearance, np.random.default_rng(2)

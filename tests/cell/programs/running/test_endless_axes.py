@@ -67,7 +67,7 @@ def ends(files: dict[str, str]) -> list[float]:
     return [float(angle) for angle in re.findall(r",E2 ([-\d.]+)\}", next(iter(files.values())))]
 
 
-@pytest.mark.parametrize("turn_deg", [300.0, -300.0, 180.0])
+@pytest.mark.parametrize("turn_deg", [300.0, *(pytest.param(turn, marks=pytest.mark.slow) for turn in (-300.0, 180.0))])
 def test_a_long_turn_of_an_endless_axis_is_written_in_moves_that_the_controller_makes_alike(boss_on, turn_deg):
     result = boss_on("")
     assert endless_axes(result.job.scene).tolist() == [False, True]
@@ -105,7 +105,10 @@ def span(result: ProgramResult) -> float:
     return float(np.rad2deg(np.ptp(result.run.motion.table[:, 1])))
 
 
-@pytest.mark.parametrize(("first_E2", "made_deg"), [(450.0, 60.0), (-20.0, 170.0), (-200.0, 10.0)])
+@pytest.mark.parametrize(
+    ("first_E2", "made_deg"),
+    [(450.0, 60.0), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((-20.0, 170.0), (-200.0, 10.0)))],
+)
 def test_a_program_is_run_the_way_an_endless_axis_turns(boss_on, tmp_path, first_E2, made_deg):
     result = rerun(tmp_path, boss_on(""), first_E2)
     assert span(result) == pytest.approx(made_deg)
@@ -114,13 +117,14 @@ def test_a_program_is_run_the_way_an_endless_axis_turns(boss_on, tmp_path, first
     assert len(told) == (abs(first_E2 - E2) > 180)
 
 
+@pytest.mark.slow
 def test_a_program_is_run_as_its_numbers_say_where_the_axis_has_a_range(boss_on, tmp_path):
     result = rerun(tmp_path, boss_on('range="-350 460"'), 450.0)
     assert span(result) == pytest.approx(300.0)
     assert not any("shorter way" in str(line) for line in result.warnings)
 
 
-@pytest.mark.parametrize("first_E2", [-30.0, 330.0, -29.9])
+@pytest.mark.parametrize("first_E2", [330.0, *(pytest.param(E2, marks=pytest.mark.slow) for E2 in (-30.0, -29.9))])
 def test_half_a_turn_of_an_endless_axis_is_a_finding(boss_on, tmp_path, first_E2):
     found = [f for f in rerun(tmp_path, boss_on(""), first_E2).findings if f.reason == "external"]
     assert [(f.detail["axis"], round(f.detail["turns_deg"], 1)) for f in found] == [

@@ -34,7 +34,13 @@ def speeds_near_beads(job: Job, motion: Motion) -> np.ndarray:
 
 
 # 20 mm/s is no whole percent of the axes' speed; within 60 mm of the bead a move of axes begins that goes far beyond
-@pytest.mark.parametrize("process", [{"retract_mm": 10, "travel_speed_mm_s": 20}, {"retract_mm": 60}])
+@pytest.mark.parametrize(
+    "process",
+    [
+        {"retract_mm": 10, "travel_speed_mm_s": 20},
+        pytest.param({"retract_mm": 60}, marks=pytest.mark.slow),
+    ],
+)
 def test_a_program_approaches_and_leaves_as_slowly_as_the_motion(tmp_path, process):
     result = boss_with(tmp_path, **process)
     assert result.motion is not None

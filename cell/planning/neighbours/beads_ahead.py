@@ -22,15 +22,15 @@ from ik import closed_form
 from ik.chain import Floats
 from ik.roll import apply_roll
 
-from .bead_outcome import BeadPlan
-from .bead_search import BeadSearch
-from .configurations import nodes_at_rolls
-from .context import Context
-from .edges.edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
-from .station_search import BESIDE, Ends, StationSearch
-from .stations import StationNodes, held_rolls_price
-from .travels.straight_travels import BeadGap, straight_travels
-from .travels.travel import TravelPath
+from ..bead_outcome import BeadPlan
+from ..bead_search import BeadSearch
+from ..configurations import nodes_at_rolls
+from ..context import Context
+from ..edges.edge_check import CheckedEdges, SearchedBead, Stretch, check_edges
+from ..station_search import BESIDE, Ends, StationSearch
+from ..stations import StationNodes, held_rolls_price
+from ..travels.straight_travels import BeadGap, straight_travels
+from ..travels.travel import TravelPath
 
 TOGETHER = 1500  # targets that are looked ahead
 MISSES = 2  # usual limit of beads one after the other that are not found so

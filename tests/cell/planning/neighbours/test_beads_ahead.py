@@ -9,9 +9,9 @@ from support.jobs.searches import setup_of
 
 from cell import DEFAULT_CASE, load_case, prepare
 from cell.planning.bead_plan import plan_bead
-from cell.planning.beads_ahead import BeadsAhead
 from cell.planning.context import Context
 from cell.planning.edges.edge_check import SearchedBead
+from cell.planning.neighbours.beads_ahead import BeadsAhead
 from cell.planning.station_search import Ends, StationSearch
 
 
@@ -127,7 +127,7 @@ def test_where_a_station_is_shut_no_way_is_whole(boss):
     job, context = boss
     firsts, stops = beads_of(job)
     shut = 0
-    for clearance in np.arange(0.0125, 0.1, 0.0025).tolist():
+    for clearance in np.arange(0.0125, 0.1, 0.005).tolist():
         narrow = Context.of(job, context.checker.table, replace(context.settings, clearance=clearance))
         for first, stop in zip(firsts, stops, strict=True):
             quick = StationSearch(SearchedBead.of(narrow, first, stop), context.settings.roll_step, Ends())
