@@ -17,6 +17,7 @@ from ..shipped import MODELS_DIR, is_path
 from .sections import Case
 
 LIBRARY = re.compile(rb"^mtllib[ \t]+(.+?)[ \t\r]*$", re.MULTILINE)
+STRIPS = b"strippath"  # of a model: the folders of files that it names do not count
 HEAD = 2**16  # bytes of an OBJ that name its materials
 MOST_BYTES = 2**24  # of a glTF that names buffers
 
@@ -76,6 +77,13 @@ def _model_files(path: Path) -> Iterator[Path]:
     yield path
     try:
         if path.is_file():
-            yield from map(Path, sorted(mujoco.mju_getXMLDependencies(str(path))))
+            named = [Path(name) for name in sorted(mujoco.mju_getXMLDependencies(str(path)))]
+            yield from named
+            if any(STRIPS in file.read_bytes() for file in (path, *named) if file.suffix.lower() == ".xml"):
+                # the files are read from elsewhere than MuJoCo says here
+                spec = mujoco.MjSpec.from_file(str(path))
+                for element in (*spec.meshes, *spec.hfields):
+                    if element.file:
+                        yield path.parent / spec.meshdir / Path(element.file).name
     except (OSError, ValueError, RuntimeError):
         return  # composing the cell reports what is wrong with it

@@ -154,6 +154,8 @@ def is_thick(points: Floats, least: float = 0.0) -> bool:
     Returns:
         Whether they do.
     """
+    if len(points) < 4:
+        return False
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
     return bool(spread[2] > max(THIN * spread[0], least))
 

@@ -109,3 +109,4 @@ def _as_corners(world: mujoco.MjSpec, box: mujoco.MjsGeom) -> None:
     # a shell's inertia: that of the volume of a thin sheet is too small for MuJoCo
     world.add_mesh(name=name, uservert=(CORNERS * size).ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
     box.type, box.meshname = GEOM.mjGEOM_MESH, name
+    box.typeinertia = mujoco.mjtGeomInertia.mjINERTIA_VOLUME  # a mesh says itself what its inertia is

@@ -24,6 +24,7 @@ from ..units import METRES_PER_MM
 from .convex_pieces import ConvexPieces, convex_pieces, is_thick
 
 UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}  # m
+LEAST_MM = 1e-3  # that a mesh is large
 SMALL_MM = 5.0  # of a fixture's mesh, that is rather in another unit
 FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
 FARTHEST_MM = 1e8  # that a mesh may be off its own origin
@@ -104,6 +105,9 @@ def _read(path: str, units: str, *_changed: int) -> FixtureMesh:
         raise PartError(f"{path}: a coordinate of {far} mm; numbers up to {FARTHEST_MM:g} mm are taken")
     centre = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     vertices = vertices - centre
+    extent = float(np.ptp(vertices, axis=0).max()) / METRES_PER_MM
+    if extent < LEAST_MM:
+        raise PartError(f"{path}: largest extent {extent:.4g} mm with units: {units}; is it in another?")
     solid = convex_pieces(trimesh.Trimesh(vertices, faces, process=False))
     if not all(map(is_thick, solid.pieces)):
         raise PartError(f"{path}: all of the mesh is in one plane; give it a thickness, or use a box")

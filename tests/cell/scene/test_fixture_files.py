@@ -189,6 +189,8 @@ def test_faces_without_an_area_and_vertices_of_no_face_change_nothing(make_case,
     ("text", "why"),
     [
         ("OFF\n4 2 0\n0 0 0\n9 0 0\n9 9 0\n0 9 0\n3 0 1 2\n3 0 2 3\n", "all of the mesh is in one plane"),
+        ("OFF\n4 2 0\n0 0 0\n9 0 0\n9 9 0\n9 9 0\n3 0 1 2\n3 0 2 3\n", "all of the mesh is in one plane"),
+        ("OFF\n4 2 0\n5 5 5\n5 5 5\n5 5 5\n5 5 5\n3 0 1 2\n3 0 2 3\n", "largest extent 0 mm with units: mm"),
         ("OFF\n4 2 0\n0 0 0\n9 0 nan\n9 9 5\n0 9 0\n3 0 1 2\n3 0 2 3\n", "a vertex is not a number"),
         ("OFF\n4 2 0\n0 0 0\n9 0 0\n9 9e9 5\n0 9 0\n3 0 1 2\n3 0 2 3\n", "a coordinate of 9e\\+09 mm"),
     ],

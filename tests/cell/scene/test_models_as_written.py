@@ -13,6 +13,7 @@ import yaml
 from support.cells.cell_models import ARM, TABLE, TORCH, write_case
 from support.oracles.raw_models import differences
 
+from cell.case.files import case_files
 from cell.case.read import load_case
 from cell.errors import InputError
 from cell.job.job import prepare
@@ -138,6 +139,14 @@ def test_meshes_are_those_that_the_model_itself_reads(tmp_path):
         model = prepare(load_case(path)).scene.model
         half = model.geom_aabb[model.geom("lug").id, 3]
         assert half == pytest.approx(0.05 if strip == "true" else 0.25)
+        # what a sweep's results depend on, and no output may be written over
+        there = {file.resolve() for file in case_files(load_case(path))}
+        assert (tmp_path / ("lug.stl" if strip == "true" else "sub/lug.stl")).resolve() in there
+
+
+def test_a_box_whose_inertia_is_a_shells_is_a_box_like_any_other(tmp_path):
+    shell = '<geom name="cover" type="box" shellinertia="true" size=".1 .05 .02" pos="0 .3 0" euler=".1 .2 .3"/>'
+    assert differences(write_case(tmp_path, "cell", arm=put(ARM, shell, '<body name="link_3"'))) == []
 
 
 def test_an_arms_speeds_are_never_a_tools(tmp_path):
