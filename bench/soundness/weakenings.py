@@ -412,6 +412,7 @@ MUTANTS = (
     Mutant("cell/planning/cuts/cut_search.py", "                more += [(row, roll) for roll in fine[may].tolist()]\n", "", (CUT_SEARCH,)),
     Mutant("cell/planning/cuts/cut_search.py", "            more += [(row, roll) for roll in fine[on:][may[on:]].tolist()]\n", "", (CUT_SEARCH,)),
     Mutant("cell/planning/context.py", "joint_of_shapes(scene, links) >= FIRST_OF_WRIST", "joint_of_shapes(scene, links) > FIRST_OF_WRIST + 1", (CUT_SEARCH,)),
+    Mutant("cell/planning/part_plan.py", "few = postponed if lost else postponed[-searches:]", "few = postponed", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/part_plan.py", "                out[k] = found[k].with_bead(cut)\n", "", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/part_plan.py", "        return self.loss_ahead.lost is not None\n", "        return False\n", (LOSS_AHEAD,)),
     Mutant("cell/planning/part_plan.py", "return plan_runs(context, [replace(run, last=()) for run in runs], planned, progress)", "pass", (LOSS_AHEAD,)),
