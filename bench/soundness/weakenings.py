@@ -402,7 +402,7 @@ MUTANTS = (
     Mutant("cell/planning/unreachable.py", "known[block][every[here] - first]", "known[block][every[here] - every[0]]", ("cell/planning/test_unreachable.py",)),
     Mutant("cell/planning/infeasible_part.py", "rest = frozenset(range(first, stop)) - target_failures.keys()", "rest = frozenset[int]()", ("cell/planning/test_infeasible_part.py",)),
     Mutant("cell/planning/part_plan.py", "if not postponed or any(run.lost for run in found):", "if True:", ("cell/planning/test_part_plan.py",)),
-    Mutant("cell/planning/part_plan.py", "full_searches=searches, lost=lost)", "full_searches=searches)", ("cell/planning/test_part_plan.py",)),
+    Mutant("cell/planning/part_plan.py", "full_searches=each, lost=lost)", "full_searches=each)", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/infeasible_part.py", "            if not target_failures and self.full_searches <= 0:\n", "            if False:\n", ("cell/planning/test_part_plan.py",)),
     Mutant("cell/planning/cuts/cut_search.py", "depth >= MOST_DETOUR * way", "depth >= 0.0 * way", (CUTS,)),
     Mutant("cell/planning/cuts/cut_search.py", "return sector % len(blocked) if circular and len(blocked) else sector", "return sector", (CUTS,)),
