@@ -13,6 +13,7 @@ from pathlib import Path
 _HERE = Path(__file__).resolve().parent
 MODELS_DIR = _HERE / "models" if (_HERE / "models").is_dir() else _HERE.parent / "models"
 
+CASE_FILE = ".case.yaml"
 DEFAULT_CASE = MODELS_DIR / "cases" / "propeller.case.yaml"
 
 
@@ -30,5 +31,10 @@ def case_path(case: str | Path) -> Path:
     path = Path(case)
     if is_path(str(case)) or path.exists():
         return path
-    shipped = MODELS_DIR / "cases" / f"{case}.case.yaml"
+    shipped = MODELS_DIR / "cases" / f"{case}{CASE_FILE}"
     return shipped if shipped.is_file() else path
+
+
+def shipped_cases() -> list[str]:
+    """The names of the shipped cases."""
+    return sorted(path.name.removesuffix(CASE_FILE) for path in (MODELS_DIR / "cases").glob(f"*{CASE_FILE}"))

@@ -68,6 +68,7 @@ class Code(StrEnum):
     SUB_VOLUME_ABSENT = "sub_volume_absent"
     TABLE_WITHOUT_SHAPE = "table_without_shape"
     TOOLPATH_COLUMNS = "toolpath_columns"
+    TOOLPATH_KEYS = "toolpath_keys"
     TOOLPATH_NOT_SLICED = "toolpath_not_sliced"
     WIRE_SHAPE = "wire_shape"
 

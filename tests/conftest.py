@@ -26,9 +26,10 @@ gc.disable()  # until all is collected, see below
 
 def pytest_collection_finish() -> None:
     """What is imported and collected stays to the end: looking through it for garbage again and again takes time."""
-    gc.enable()
     gc.collect()
     gc.freeze()
+    gc.set_threshold(10_000, 20, 20)
+    gc.enable()
 
 
 @pytest.fixture

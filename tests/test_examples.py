@@ -8,7 +8,7 @@ import importlib
 import inspect
 import re
 from collections.abc import Iterator
-from functools import partial
+from functools import cache, partial
 from textwrap import indent
 
 import pytest
@@ -25,6 +25,7 @@ MODULES = sorted(
 )
 
 
+@cache
 def example_of(module: str) -> str:
     """The blocks of code of a module's docstring, indented or not; what is indented below a line of text is that's."""
     out, before = [], ""
@@ -68,8 +69,13 @@ def doc_of(module: str) -> str:
     return inspect.getdoc(importlib.import_module(module)) or ""
 
 
-def statements(example: str) -> Iterator[tuple[str, ast.Module | None]]:
+@cache
+def statements(example: str) -> tuple[tuple[str, ast.Module | None], ...]:
     """Statements of an example, each with what is indented below it and without notes; None of what is no Python."""
+    return tuple(_statements(example))
+
+
+def _statements(example: str) -> Iterator[tuple[str, ast.Module | None]]:
     code: list[str] = []
     lines = [re.sub(r"\s+#.*$", "", line) for line in example.splitlines()]
     for k, line in enumerate(lines):

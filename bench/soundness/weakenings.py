@@ -38,6 +38,7 @@ EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
+PROMISED = "acceptance/test_promised_numbers.py"
 SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
@@ -70,6 +71,7 @@ class Mutant:
 
 MUTANTS = (
     # models of an integrator's own cell
+    Mutant("cell/scene/part_contact.py", "scene.table_joints[scene.has_axis].tolist()", "scene.table_joints.tolist()", ("cell/scene/test_part_contact.py",)),
     Mutant("cell/scene/workpiece.py", '"pos": found.centre}', '"pos": 0.0 * found.centre}', ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/fixture_mesh.py", "found = read_triangles(path, units)", 'found = read_triangles(path, "mm")', ("cell/scene/test_fixture_files.py",)),
     Mutant("cell/mjcf/convex_pieces.py", "spread[2] > max(THIN * spread[0], least)", "spread[2] > THIN * spread[0]", ("cell/mjcf/test_convex_pieces.py",)),
@@ -173,6 +175,8 @@ MUTANTS = (
     Mutant("cell/collision/blend_proofs.py", "way + corners.off(radius, path.s[row] + inwards)", "0 * way + corners.off(radius, path.s[row] + inwards)", (ROUNDINGS, BOUNDS)),
     Mutant("cell/collision/blend_proofs.py", "(differs <= room) & (laid[step].min(axis=1) >= laid[steps[some]])", "differs <= room", (ROUNDINGS,)),
     Mutant("cell/collision/blend_proofs.py", "np.ptp(aside, axis=1).sum(axis=1)", "0.3 * np.ptp(aside, axis=1).sum(axis=1)", (ROUNDINGS,)),
+    Mutant("cell/collision/blend_bisection.py", "NEARLY_ALL = 2.5e-4", "NEARLY_ALL = 1e-3", (PROMISED,)),
+    Mutant("cell/collision/blend_bisection.py", "MANY, NEARLY_MANY = 20_000, 0.5", "MANY, NEARLY_MANY = 200, 0.5", (PROMISED,)),
     Mutant("cell/collision/blend_bisection.py", "far += ((some.v - some.u) ** 2", "far += 0 * ((some.v - some.u) ** 2", (ROUNDINGS,)),
     Mutant("cell/collision/blend_bisection.py", "way += checker.bend_bound(radius, np.abs(one)) + np.abs(one + across) @ radius", "way = 0.5 * way", (ROUNDINGS,)),
     Mutant("cell/collision/blend_bisection.py", "return middle, way + most, way > most", "return middle, way, way > most", (ROUNDINGS,)),

@@ -29,7 +29,8 @@ def number_within(low: float, high: float) -> Any:
 
 
 Coordinate = Annotated[float, number_within(-1e5, 1e5)]  # mm; 100 m
-Angle = Annotated[float, number_within(-3600, 3600)]  # deg
+LARGEST_ANGLE_DEG = 3600
+Angle = Annotated[float, number_within(-LARGEST_ANGLE_DEG, LARGEST_ANGLE_DEG)]  # deg
 Length = Annotated[float, number_within(0.001, 1e5)]  # mm, of something that is there
 LayerHeight = Annotated[float, number_within(0.01, 1000)]  # mm
 BeadWidth = Annotated[float, number_within(0.05, 1000)]  # mm

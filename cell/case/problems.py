@@ -68,6 +68,7 @@ _IN_WORDS = {
     "finite_number": "must be a finite number",
     "string_type": "must be a text",
     "bool_parsing": "must be true or false",
+    "invalid_key": "a key must be a name; of a number with a decimal comma the rest is read so: write 1.5, not 1,5",
 }
 
 

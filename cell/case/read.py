@@ -19,7 +19,7 @@ import yaml
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from ..errors import InputError
-from ..shipped import case_path, is_path
+from ..shipped import case_path, is_path, shipped_cases
 from .cell_sections import NO_TABLE
 from .fields import FileName
 from .problems import excerpt, first_problem
@@ -27,6 +27,12 @@ from .sections import Case
 from .yaml12 import load_yaml
 
 MOST_BYTES = 2**22  # of a case file
+YAML_IN_WORDS = {
+    "cannot start any token": "a tab, @, % or ` begins a word here; indent with blanks, and put such texts in quotes",
+    "hexdecimal number": "a backslash in double quotes; write paths with / or in single quotes",
+    "unknown escape character": "a backslash in double quotes; write paths with / or in single quotes",
+}
+MESHES = (".stl", ".obj", ".ply", ".off", ".3mf", ".glb", ".gltf", ".step", ".stp")
 EXTENDS: TypeAdapter[str] = TypeAdapter(FileName)
 
 
@@ -44,6 +50,8 @@ def load_case(path: str | Path) -> Case:
     """
     read: list[Path] = []
     path = case_path(path)
+    if path.suffix.lower() in MESHES:
+        raise InputError(f"{path}: is a mesh; a case file is needed, such as one with part: {{mesh: {path.name}}}")
     case = parse_case(_read(path, read), path)
     case._read_from = tuple(read)
     return case
@@ -58,7 +66,10 @@ def _read(path: Path, read: list[Path]) -> object:
             raise InputError(f"{path}: has more than {MOST_BYTES // 2**20} MiB, the most that is read")
         text = raw.decode("utf-8")
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        named = (
+            "" if is_path(str(path)) else f", and no shipped case of that name; there are {', '.join(shipped_cases())}"
+        )
+        raise InputError(f"{path}: no such file{named}") from None
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: cannot be read as text ({error})") from None
     except OSError as error:
@@ -70,6 +81,7 @@ def _read(path: Path, read: list[Path]) -> object:
         mark = getattr(error, "problem_mark", None)
         where = f", line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or str(error).split("\n")[0]
+        problem = next((words for part, words in YAML_IN_WORDS.items() if part in problem), problem)
         raise InputError(f"{path}{where}: not YAML ({problem})") from None
     if not isinstance(content, dict) or "extends" not in content:
         return content

@@ -154,7 +154,7 @@ def _add_slice(commands: Commands) -> None:
         metavar="MM",
         help="the mesh is one sub-volume, on a cylinder of this radius about z",
     )
-    cut.add_argument("--units", choices=("mm", "cm", "m", "inch"), default="mm", help="unit of a mesh (default mm)")
+    cut.add_argument("--units", choices=("mm", "cm", "m", "inch"), help="unit of a mesh (default mm)")
     cut.add_argument("--strategy", choices=STRATEGIES, help="slicing strategy instead of the case's")
     cut.add_argument("--h-layer", type=float, metavar="MM", help="layer height instead of the case's")
     cut.add_argument("--pattern", choices=PATTERNS, help="pattern of the beads instead of the case's")

@@ -10,7 +10,7 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..atomic_files import STDOUT, check_outputs
+from ..atomic_files import check_outputs
 from ..errors import InputError
 
 if TYPE_CHECKING:
@@ -54,8 +54,12 @@ def _at_table(args: argparse.Namespace, case: Case) -> Case:
 
 
 def _finite(name: str, value: float) -> float:
+    from ..case.fields import LARGEST_ANGLE_DEG
+
     if not abs(value) < float("inf"):
         raise InputError(f"{name}: {value} is not an angle; a finite number in degrees is needed")
+    if abs(value) > LARGEST_ANGLE_DEG:
+        raise InputError(f"{name}: {value:g} is not within -{LARGEST_ANGLE_DEG} to {LARGEST_ANGLE_DEG} deg")
     return value
 
 
@@ -79,7 +83,7 @@ def refuse_outputs(args: argparse.Namespace, case: Case | None, *names: str, rea
         InputError: which option; one line.
     """
     outputs = {f"--{name.replace('_', '-')}": getattr(args, name) for name in names}
-    if not any(path not in (None, STDOUT) for path in outputs.values()):
+    if all(path is None for path in outputs.values()):
         return
     from ..case.files import case_files
 

@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from ..atomic_files import STDOUT, write_bytes, write_csv
+from ..errors import InputError
 from .case_options import refuse_outputs
 from .console import put_json, say
 from .exit_codes import FEASIBLE
@@ -63,12 +64,16 @@ def _slice_input(args: argparse.Namespace) -> Case:
     from ..shipped import case_path
 
     if args.input.endswith((".yaml", ".yml")) or case_path(args.input) != Path(args.input):
+        for option, key in (("units", "part.units"), ("body_radius", "part.body.radius_mm")):
+            if getattr(args, option) is not None:
+                name = option.replace("_", "-")
+                raise InputError(f"--{name}: goes with a mesh; a case says it itself ({key})")
         case = load_case(args.input)
     else:
         path = Path(args.input)
-        part: dict[str, object] = {"mesh": path.name, "units": args.units}
+        part: dict[str, object] = {"mesh": path.name, "units": args.units or "mm"}
         if args.body_radius is not None:
-            part = {"sub_volumes": [path.name], "body": {"radius_mm": args.body_radius}, "units": args.units}
+            part = {"sub_volumes": [path.name], "body": {"radius_mm": args.body_radius}, "units": args.units or "mm"}
         case = parse_case({"part": part}, path.parent / "command line")
     changes = {"strategy": args.strategy, "h_layer_mm": args.h_layer}
     changes = {key: value for key, value in changes.items() if value is not None}

@@ -23,6 +23,7 @@ from ik.spherical_wrist import TOLERANCE, misfits
 from slicing import (
     NO_ENDS,
     WRONG_LAYER,
+    BeadParameters,
     BeadSpeed,
     Body,
     Code,
@@ -30,6 +31,7 @@ from slicing import (
     PartError,
     PartShape,
     SlicedSubVolume,
+    SlicingParameters,
     Targets,
     Toolpath,
     Warning,
@@ -44,7 +46,7 @@ from slicing import (
 )
 
 from ..arrays import Ints
-from ..case.sections import Case
+from ..case.sections import Case, Sampling
 from ..errors import InputError
 from ..failure import Failure
 from ..processes.worker_pool import pool
@@ -406,13 +408,34 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     return job
 
 
+def _unused_keys(case: Case) -> list[Warning]:
+    """A warning of keys that a case sets and that another slicer's beads make no use of."""
+    sections: list[tuple[str, object, object, tuple[str, ...]]] = [
+        ("slicing", case.slicing, SlicingParameters(), ("h_layer_mm", "h_min_mm", "h_max_mm")),
+        ("beads", case.beads, BeadParameters(), ("width_mm",)),
+        ("sampling", case.sampling, Sampling(), ()),
+    ]
+    unused = [
+        f"{name}.{key}"
+        for name, given, default, used in sections
+        for key in vars(default)
+        if key not in used and getattr(given, key) != getattr(default, key)
+    ]
+    unused += ["process.speed_by_thickness"] if case.process.speed_by_thickness else []
+    if not unused:
+        return []
+    return [
+        Warning(Code.TOOLPATH_KEYS, f"part.toolpath: its beads are laid as they are; unused keys: {', '.join(unused)}")
+    ]
+
+
 @phase("what lies below the beads")
 def _with_overhanging_beads(job: Job, path: Toolpath) -> Job:
     """A job of another slicer's beads with what of them lies over nothing, and warnings of it."""
     limit = job.case.checks.overhang_mm
     found = unsupported_beads(job.scene, path, job.targets, job.laid, limit)
     thickness = bead_thickness_warnings(job.targets, job.case.slicing.h_min_mm, job.case.slicing.h_max_mm)
-    said = (*job.warnings, *thickness, *bead_overhang_warnings(found, limit))
+    said = (*job.warnings, *_unused_keys(job.case), *thickness, *bead_overhang_warnings(found, limit))
     return replace(job, overhanging_beads=found, warnings=said)
 
 

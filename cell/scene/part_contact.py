@@ -46,7 +46,7 @@ def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
     names = [model.geom(g).name for g in range(model.ngeom)]
     solid = scene.contact_bits.any(axis=0)
     table = int(model.site_bodyid[scene.sites["table"]])
-    link = link_of_body(model, scene.table_joints.tolist())
+    link = link_of_body(model, _axes(scene))
     moves_along = link[model.geom_bodyid] == link[table]
     carriers = np.flatnonzero(solid & moves_along & np.isin(scene.piece_of_geom, CARRIERS))
     half_bead = 0.5 * scene.case.beads.width_mm * METRES_PER_MM
@@ -82,7 +82,7 @@ def sunk(scene: Scene) -> Iterator[Warning]:
     model = scene.model
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    link = link_of_body(model, [*scene.arm_joints.tolist(), *scene.table_joints.tolist()])[model.geom_bodyid]
+    link = link_of_body(model, [*scene.arm_joints.tolist(), *_axes(scene)])[model.geom_bodyid]
     solid, piece = scene.contact_bits.any(axis=0), scene.piece_of_geom
     fixed = solid & np.isin(piece, (BodyOwner.ROBOT, BodyOwner.POSITIONER, BodyOwner.SUPPORT))
     fixed &= model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE  # a floor of a model's own: fixtures are let into it
@@ -98,6 +98,12 @@ def sunk(scene: Scene) -> Iterator[Warning]:
                 f"{scene.geom_name(other)}, which never moves relative to it: the collision of the two is not checked"
             )
             yield Warning(Code.FIXTURE_SUNK, text)
+
+
+def _axes(scene: Scene) -> list[int]:
+    """Joints of the axes that the table has: one that it has not moves nothing against the rest."""
+    joints: list[int] = scene.table_joints[scene.has_axis].tolist()
+    return joints
 
 
 def _what_stands(names: list[str], shape: PartShape) -> Iterator[tuple[str, Ints, bool]]:

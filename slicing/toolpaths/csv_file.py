@@ -241,7 +241,13 @@ def _beads(table: _CsvRows) -> tuple[Ints, Ints]:
 
 
 def _normals(table: _CsvRows, position: Floats, normal: str | None) -> Floats:
-    if table.has("nx", "ny", "nz"):
+    some = [name for name in ("nx", "ny", "nz") if table.has(name)]
+    if 0 < len(some) < 3:
+        lost = next(name for name in ("nx", "ny", "nz") if name not in some)
+        raise PartError(
+            f"{table.source}: has a column {some[0]} and none {lost}; the deposition direction needs all three"
+        )
+    if len(some) == 3:
         given = np.stack([table.numbers(name) for name in ("nx", "ny", "nz")], axis=1)
     elif normal == "up":
         given = np.tile([0.0, 0.0, 1.0], (len(position), 1))

@@ -147,3 +147,25 @@ def test_words_that_older_yaml_takes_for_true_and_false(tmp_path):
 @pytest.mark.parametrize(("word", "value"), [("true", True), ("False", False), ("yes", "yes"), ("Off", "Off")])
 def test_true_and_false_are_read_as_such(word, value):
     assert yaml.load(f"{word}: {word}", Loader=Loader) == {value: value}
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "support: {radius_mm: 15,5, height_mm: 120}",
+            "support.5: a key must be a name; of a number with a decimal",
+        ),
+        ("process:\n  deposition_speed_mm_s: 8,5", "process.deposition_speed_mm_s: must be a number (is '8,5')"),
+        ('name: "C:\\Users\\me"', "line 2: not YAML (a backslash in double quotes; write paths with /"),
+        ('name: "C:\\parts"', "line 2: not YAML (a backslash in double quotes; write paths with /"),
+        ("table:\n\tE1_deg: 90", "line 3: not YAML (a tab"),
+    ],
+)
+def test_what_newcomers_write_is_told_in_words(text, says, tmp_path):
+    path = tmp_path / "new.case.yaml"
+    path.write_text(f"part: {{mesh: part.stl}}\n{text}\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)

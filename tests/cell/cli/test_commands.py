@@ -73,6 +73,21 @@ BAD = [
     (["sweep", "CASE", "--e1", "-400:0:5"], "outside the positioner's range"),
     (["sweep", "CASE", "--jobs", "0"], "--jobs"),
     (["replay", "CASE", "--speed", "0"], "--speed"),
+    (["check", "CASE", "--e1", "1e9"], "--e1: 1e+09 is not within -3600 to 3600 deg"),
+    (["export", "CASE", "--csv", "p.csv", "--e2", "-3601"], "--e2: -3601 is not within"),
+    (["scene", "CASE", "--e1", "inf"], "--e1: inf is not an angle"),
+    (["slice", "CASE", "--units", "inch"], "--units: goes with a mesh; a case says it itself (part.units)"),
+    (["slice", "CASE", "--body-radius", "20"], "--body-radius: goes with a mesh"),
+    (["slice", "boiler", "--units", "mm"], "--units: goes with a mesh"),
+    (["check", "part.stl"], "part.stl: is a mesh; a case file is needed, such as one with part: {mesh: part.stl}"),
+    (["check", "boilr"], "boilr: no such file, and no shipped case of that name; there are boiler, boiler_coordinated"),
+    (["export", "CASE", "--csv", "-"], "--csv: -: only --json goes to standard output"),
+    (["check", "CASE", "--json", "-", "--html", "-"], "--html: -: only --json"),
+    (["slice", "CASE", "--targets", "-"], "--targets: -: only --json"),
+    (["sweep", "CASE", "--out", "-"], "--out: -: only --json"),
+    (["scene", "CASE", "--xml", "-"], "--xml: -: only --json"),
+    (["replay", "CASE", "--picture", "p.jpg"], "--picture: p.jpg: a picture is a .png"),
+    (["slice", "CASE", "--picture", "p"], "--picture: p: a picture is a .png"),
 ]
 
 

@@ -170,3 +170,20 @@ def test_own_beads_as_a_table_hang_where_their_layers_do(make_case, tmp_path):
     path = make_case("theirs", part={"toolpath": "theirs.csv", "sub_volumes": []})
     (path.parent / "theirs.csv").write_text(text, encoding="utf-8")
     assert prepare(load_case(path)).overhanging_beads == ()
+
+
+def test_keys_that_a_table_makes_no_use_of_are_told(tmp_path):
+    job = job_of(
+        tmp_path,
+        rings(20, 22),
+        beads={"pattern": "zigzag", "lead_in_mm": 4},
+        slicing={"strategy": "planar", "h_min_mm": 1.0},
+        sampling={"min_segment_mm": 9},
+        process={"speed_by_thickness": [[1, 5], [3, 9]], "retract_mm": 20},
+    )
+    (line,) = [line for line in job.warnings if getattr(line, "code", "") == "toolpath_keys"]
+    named = "slicing.strategy, beads.pattern, beads.lead_in_mm, sampling.min_segment_mm, process.speed_by_thickness"
+    assert line.endswith(f"unused keys: {named}")
+    assert not [
+        line for line in job_of(tmp_path, rings(20, 22)).warnings if getattr(line, "code", "") == "toolpath_keys"
+    ]

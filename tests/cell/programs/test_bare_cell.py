@@ -19,7 +19,8 @@ CELL = {
     "table": {"E1_deg": 90, "E2_deg": 180},
 }
 
-POST = {"name": "post", "box": {"size_mm": [40, 40, 1800]}, "position_mm": [1440, 0, 900]}
+# between the boss and home
+POST = {"name": "post", "box": {"size_mm": [16, 16, 460]}, "position_mm": [1540, 298, 230]}
 
 
 def written(folder: Path, **sections: Any) -> tuple[Path, Path]:
@@ -45,7 +46,7 @@ def test_a_cell_without_a_part_holds_a_program(tmp_path: Path) -> None:
     [
         # where the torch draws back from the boss
         (
-            {"fixtures": [{"name": "post", "box": {"size_mm": [40, 40, 1800]}, "position_mm": [1440, 0, 900]}]},
+            {"fixtures": [POST]},
             "collision",
         ),
         pytest.param({"checks": {"elbow_deg": 80}}, "singular", marks=pytest.mark.slow),

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.jobs.boss_motion import boss_case, result_of
+from support.jobs.boss_motion import NEAR_HOME, boss_case, result_of
 from support.programs.boss_program import boss_program
 
 import cell.programs.export as export_module
@@ -300,7 +300,7 @@ def test_the_robodk_script_makes_every_target_with_its_external_axes() -> None:
 
 def test_the_points_say_how_long_the_arm_waits_at_them(tmp_path: Path) -> None:
     process = {"arc_on_s": 0.5, "arc_off_s": 0.25, "dwell_s": 2.0}
-    result = result_of(boss_case(tmp_path, process=process, roll={"fixed_deg": 20.0}))
+    result = result_of(boss_case(tmp_path, process=process, roll={"fixed_deg": 20.0}, robot=NEAR_HOME))
     assert result.motion is not None
     made = export_program(result.job, result.motion)
     assert made.result is not None
@@ -316,7 +316,7 @@ def test_the_points_say_how_long_the_arm_waits_at_them(tmp_path: Path) -> None:
 
 def test_percents_are_written_as_the_controller_holds_them(tmp_path: Path) -> None:
     percents = {"axis_speed_percent": 12.7, "axis_acceleration_percent": 0.4, "external_speed_percent": 33.9}
-    result = result_of(boss_case(tmp_path, controller=percents, roll={"fixed_deg": 20.0}))
+    result = result_of(boss_case(tmp_path, controller=percents, roll={"fixed_deg": 20.0}, robot=NEAR_HOME))
     assert result.motion is not None
     made = export_program(result.job, result.motion)
     assert made.fault is None
@@ -328,7 +328,7 @@ def test_percents_are_written_as_the_controller_holds_them(tmp_path: Path) -> No
 
 
 def test_the_command_writes_everything_or_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, controller={"program": "KNOB"})
+    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, robot=NEAR_HOME, controller={"program": "KNOB"})
     out, points, script = tmp_path / "krl", tmp_path / "points.csv", tmp_path / "station.py"
     assert main(["export", str(case), "--krl", str(out), "--csv", str(points), "--robodk", str(script)]) == 0
     names = sorted(path.name for path in out.iterdir())
@@ -354,7 +354,7 @@ def test_the_command_writes_everything_or_nothing(tmp_path: Path, capsys: pytest
 
 def test_a_motion_from_a_file_is_written_as_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     boss = boss_program()
-    case = boss_case(tmp_path, roll={"fixed_deg": 20.0})
+    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, robot=NEAR_HOME)
     write_motion(tmp_path / "boss.npz", boss.motion)
     out = tmp_path / "krl"
     out.mkdir()
@@ -371,7 +371,7 @@ def test_a_motion_from_a_file_is_written_as_it_is(tmp_path: Path, capsys: pytest
 
 
 def test_an_infeasible_case_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, checks={"clearance_mm": 200})
+    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, robot=NEAR_HOME, checks={"clearance_mm": 200})
     out = tmp_path / "krl"
     assert main(["export", str(case), "--krl", str(out)]) == 1
     assert not out.exists()
@@ -382,7 +382,7 @@ def test_a_program_that_does_not_hold_leaves_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # corners rounded further than they were checked
-    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, controller={"blend_mm": 5})
+    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, robot=NEAR_HOME, controller={"blend_mm": 5})
     out, points = tmp_path / "krl", tmp_path / "p.csv"
     assert main(["export", str(case), "--krl", str(out), "--csv", str(points)]) == 1
     assert not out.exists()
@@ -403,7 +403,9 @@ def test_what_is_to_be_written_has_to_be_named(tmp_path: Path, capsys: pytest.Ca
 
 
 def test_a_program_of_numbers_reads_back_by_the_same_numbers(tmp_path: Path) -> None:
-    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, controller={"program": "KNOB", "tool": 3, "base": 7})
+    case = boss_case(
+        tmp_path, roll={"fixed_deg": 20.0}, robot=NEAR_HOME, controller={"program": "KNOB", "tool": 3, "base": 7}
+    )
     out = tmp_path / "krl"
     assert main(["export", str(case), "--krl", str(out)]) == 0
     document = json.loads((out / "KNOB.json").read_text())

@@ -124,8 +124,9 @@ def test_every_kind_of_file_is_where_it_says_and_all_of_it(make_case, tmp_path, 
     job = job_of(make_case, written(tmp_path, [walls, bar], kind))
     planes = list(pieces_of(job.scene))
     for mesh in (walls, bar):
-        for point in np.concatenate([mesh.vertices, mesh.sample(300, seed=1)]) * 1e-3 + PLACE:
-            assert any(bool((p[:, :3] @ point + p[:, 3] <= 2e-6).all()) for p in planes), point
+        points = np.concatenate([mesh.vertices, mesh.sample(300, seed=1)]) * 1e-3 + PLACE
+        held = np.any([(points @ p[:, :3].T + p[:, 3] <= 2e-6).all(axis=1) for p in planes], axis=0)
+        assert held.all(), points[~held]
     assert not is_solid(job.scene, (200.0, 0.0, 0.0))
     assert not is_solid(job.scene, (0.0, 0.0, 200.0))
     assert told(job) == []

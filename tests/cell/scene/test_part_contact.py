@@ -1,11 +1,13 @@
 """What the part stands on, and what is there of it from the start."""
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
 import trimesh
 import yaml
-from support.cells.cell_models import write_case
+from support.cells.cell_models import TABLE, write_case
 
 from cell.case.read import load_case
 from cell.collision.checker import Checker
@@ -47,6 +49,33 @@ def test_a_body_in_the_faceplate_is_said_and_one_held_by_a_clamp_is_not_floating
     assert not of_code(prepare(load_case(path)), Code.PART_NOT_ON_SUPPORT)
 
 
+def on_a_fixed_table(folder, **sections):
+    table = re.sub(r"<joint [^>]*>", "", TABLE)
+    path = write_case(folder, "fixed", table=table, positioner={"joints": []}, **sections)
+    content = yaml.safe_load(path.read_text())
+    del content["table"]
+    path.write_text(yaml.safe_dump(content))
+    return prepare(load_case(path))
+
+
+@pytest.mark.parametrize(("z_mm", "said"), [(0, None), (-12, "is inside support"), (7, "7.0 mm above")])
+def test_what_stands_on_a_table_without_axes_is_said_as_well(tmp_path, z_mm, said):
+    found = of_code(on_a_fixed_table(tmp_path, part={"position_mm": [0, 0, z_mm]}), Code.PART_NOT_ON_SUPPORT)
+    assert [said in line for line in found] == ([] if said is None else [True])
+
+
+@pytest.mark.parametrize("sunk", [False, True])
+def test_a_fixture_sunk_into_a_table_without_axes_is_said(tmp_path, sunk):
+    clamp = {
+        "name": "clamp",
+        "on": "table",
+        "box": {"size_mm": [20, 20, 60]},
+        "position_mm": [80, 0, 15 if sunk else 31],
+    }
+    found = of_code(on_a_fixed_table(tmp_path, fixtures=[clamp]), Code.FIXTURE_SUNK)
+    assert ["into plate" in line for line in found] == ([True] if sunk else [])
+
+
 @pytest.fixture(scope="module")
 def neighbours(tmp_path_factory):
     """Three boxes one above the other on a shaft, the middle one low and 5 mm from each of the others."""
@@ -79,7 +108,7 @@ def test_what_is_built_is_there_from_the_start_and_stops_the_torch(neighbours):
     mujoco.mj_kinematics(model, data)
     wanted = data.geom_xpos[built[len(built) // 4]]
     q = scene.home.copy()
-    for _ in range(200):
+    for _ in range(60):
         T = scene.T_world_base() @ scene.chain.forward(q[None])[0]
         q += np.linalg.pinv(scene.chain.jacobian(q[None])[0][:3]) @ (wanted - T[:3, 3]) * 0.5
     found = Checker(scene, (0.0, 0.0), 0.05).clearances(q[None], np.array([0]))
@@ -102,9 +131,9 @@ def test_what_is_neither_taken_nor_built_is_said_to_be_absent(neighbours):
     ("part", "said"),
     [
         ("built: [SV9]", "part.built: no sub-volume 'SV9'"),
-        ("built: [SV1, SV1]", "SV1 is listed twice"),
+        pytest.param("built: [SV1, SV1]", "SV1 is listed twice", marks=pytest.mark.slow),
         ("take: [SV1], built: [SV1]", "list it in one of them"),
-        ("built: [SV1, SV2, SV3]", "nothing is left"),
+        pytest.param("built: [SV1, SV2, SV3]", "nothing is left", marks=pytest.mark.slow),
         ("take: [SV1, SV1]", "part.take: SV1 is listed twice"),
     ],
 )

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from support.jobs.boss_motion import boss_case, job_of, result_of
+from support.jobs.boss_motion import NEAR_HOME, boss_case, job_of, result_of
 
 from cell.case.read import with_changes
 from cell.failure import Kind
@@ -26,6 +26,11 @@ from cell.verification.bead_samples import rows_of as way_of
 from cell.verification.motion_check import MotionResult, check_motion
 
 LEAD_MM = 4.0
+SECTIONS: dict[str, Any] = {
+    "beads": {"lead_out_mm": LEAD_MM},
+    "process": {"least_speed_share": 0.0},
+    "robot": NEAR_HOME,
+}
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def good(folder: Path) -> Result:
-    found = result_of(boss_case(folder, beads={"lead_out_mm": LEAD_MM}, process={"least_speed_share": 0.0}))
+    found = result_of(boss_case(folder, **SECTIONS))
     assert found.motion is not None
     return found
 
@@ -47,8 +52,7 @@ def asked(job: Job, **checks: float) -> Job:
 
 def prepared(folder: Path, **checks: float) -> Job:
     """The same part with other limits."""
-    sections: dict[str, Any] = {"beads": {"lead_out_mm": LEAD_MM}, "process": {"least_speed_share": 0.0}}
-    return job_of(boss_case(folder, "asked", checks=checks, **sections))
+    return job_of(boss_case(folder, "asked", checks=checks, **SECTIONS))
 
 
 def look(job: Job, motion: Motion) -> MotionResult:

@@ -80,7 +80,7 @@ def test_a_bad_motion_plays_and_says_what_is_wrong(result: Result, tmp_path: Pat
 def test_a_picture_stands_the_table_where_it_is_at_that_target(result: Result, tmp_path: Path) -> None:
     m = result.motion
     table = m.table.copy()
-    table[:, 0] -= np.deg2rad(np.linspace(0, 20, len(table)))
+    table[:, 0] -= np.deg2rad(np.linspace(0, 2, len(table)))
     there = shown(result, replace(m, table=table), tmp_path / "m.csv", target=len(result.job.targets) - 1)
     at = np.flatnonzero((m.target == len(result.job.targets) - 1) & (m.arc == 1))[0]
     assert there.table[0] == pytest.approx(table[at, 0], abs=1e-3)

@@ -48,7 +48,7 @@ def test_a_cylinder_that_just_reaches_the_edges_is_no_layer(above_mm: float) -> 
     assert len(sliced(boss(RADIUS + 4 * STEP + above_mm), "cylindrical").layers) == 4
 
 
-@pytest.mark.parametrize("above_mm", [4e-4, 1e-5, 0.0, -1e-5])
+@pytest.mark.parametrize("above_mm", [4e-4, -1e-5, *(pytest.param(a, marks=pytest.mark.slow) for a in (1e-5, 0.0))])
 @pytest.mark.parametrize("strategy", ["planar", "nonuniform"])
 def test_a_plane_that_just_reaches_the_ridge_is_no_layer(strategy: str, above_mm: float) -> None:
     planes = [layer.surface for layer in sliced(roof(70.0), strategy).layers if isinstance(layer.surface, Plane)]

@@ -127,3 +127,11 @@ def test_files_that_are_none_are_refused(tmp_path):
         read_toolpath(tmp_path / "none.csv")
     with pytest.raises(PartError, match="x and x_mm mean the same"):
         read_toolpath(written(tmp_path, "1,2,3,4", header="x,x_mm,y,z"))
+
+
+@pytest.mark.parametrize("columns", ["nx,ny", "nz", "i,k"])
+def test_a_direction_of_less_than_three_columns_is_refused(tmp_path, columns):
+    zeros = ",0" * len(columns.split(","))
+    path = written(tmp_path, f"0,0,0,0{zeros}", f"9,0,0,0{zeros}", header=f"x,y,z,bead,{columns}")
+    with pytest.raises(PartError, match="the deposition direction needs all three"):
+        read_toolpath(path, thickness_mm=1.7, normal="up")

@@ -14,6 +14,9 @@ from cell.verdict.result import Result
 
 from .cases import boss_mesh
 
+# joint angles near the boss: of ways from there and back there is little to plan and to judge
+NEAR_HOME = {"home_deg": [-20, -62, 85, 35, 72, -119]}
+
 
 def boss_case(folder: Path, name: str = "boss", **sections: Any) -> Path:
     """Write a case of three layers; sections given take the place of its own."""

@@ -17,7 +17,7 @@ from cell.programs.exported.exported import Exported
 from cell.programs.krl_read import read_krl
 from cell.programs.program_check import ProgramResult, check_program
 
-from ..jobs.boss_motion import boss_case, result_of
+from ..jobs.boss_motion import NEAR_HOME, boss_case, result_of
 
 LAYER = "boss_L001.src"
 
@@ -51,7 +51,7 @@ class BossProgram:
 @cache
 def boss_program() -> BossProgram:
     """Made once for all tests."""
-    result = result_of(boss_case(Path(mkdtemp(prefix="boss-")), roll={"fixed_deg": 20.0}))
+    result = result_of(boss_case(Path(mkdtemp(prefix="boss-")), roll={"fixed_deg": 20.0}, robot=NEAR_HOME))
     assert result.motion is not None
     return BossProgram(result.job, result.motion, export_program(result.job, result.motion))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.jobs.boss_motion import boss_case
+from support.jobs.boss_motion import NEAR_HOME, boss_case
 from support.jobs.indexed import backwards, three_case
 from support.programs.boss_program import boss_program
 
@@ -18,7 +18,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_files_are_those_of_the_command(tmp_path: Path) -> None:
-    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, controller={"program": "KNOB"})
+    case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, robot=NEAR_HOME, controller={"program": "KNOB"})
     theirs, ours = tmp_path / "theirs", tmp_path / "ours"
     theirs.mkdir()
     outputs = ["--krl", str(theirs), "--csv", str(theirs / "points.csv"), "--robodk", str(theirs / "station.py")]
@@ -43,7 +43,7 @@ def test_one_output_can_be_written_alone(tmp_path: Path) -> None:
 
 
 def test_a_program_with_a_fault_is_not_written(tmp_path: Path) -> None:
-    case = cell.load_case(boss_case(tmp_path, roll={"fixed_deg": 20.0}, controller={"blend_mm": 5}))
+    case = cell.load_case(boss_case(tmp_path, roll={"fixed_deg": 20.0}, robot=NEAR_HOME, controller={"blend_mm": 5}))
     result = cell.check(cell.prepare(case))
     made = cell.export_program(result.job, result.motion)
     assert made.fault is not None
