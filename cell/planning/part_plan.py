@@ -69,7 +69,8 @@ def plan_runs(
 ) -> list[PartPlan]:
     """Plan the runs of a part; postponed beads come last, and are searched in full only as long as no bead is lost.
 
-    Before any is searched in full, it is looked whether one of them is cut, which costs much less.
+    Before any is searched in full, it is looked whether one of them is cut, which costs much less. Of all runs together
+    one is searched at first, then twice as many in every round: one that is lost ends it.
 
     Args:
         context: what the search needs.
@@ -98,8 +99,10 @@ def plan_runs(
     with counted_progress(progress, "beads from postponed ones on", sum(run.beads_left for run in goes_on)) as count:
         while postponed := _postponed(found):
             lost = any(run.lost for run in found)
-            some = [replace(runs[k], begun=found[k].postponed, full_searches=searches, lost=lost) for k in postponed]
-            for k, again in zip(postponed, planned(some, count), strict=True):
+            few = postponed if lost else postponed[-searches:]  # what is laid last has most in its way
+            each = max(searches // len(few), 1)
+            some = [replace(runs[k], begun=found[k].postponed, full_searches=each, lost=lost) for k in few]
+            for k, again in zip(few, planned(some, count), strict=True):
                 found[k] = again
             searches *= 2
     return [run.plan for run in found]

@@ -157,16 +157,31 @@ def test_a_postponed_bead_that_is_cut_loses_the_part_without_a_search(job, monke
 def test_postponed_beads_are_searched_in_rounds_of_more_and_more_until_one_is_lost(job):
     planner = Planner(
         [PlannedRun(EMPTY, False, up_to(1)), PlannedRun(EMPTY, False, None), PlannedRun(EMPTY, False, up_to(2))],
-        [PlannedRun(EMPTY, False, up_to(3)), PlannedRun(EMPTY, False, up_to(4))],
+        [PlannedRun(EMPTY, False, up_to(4))],
+        [PlannedRun(EMPTY, False, up_to(3)), PlannedRun(EMPTY, False, up_to(5))],
         [PlannedRun(EMPTY, False, up_to(6)), PlannedRun(EMPTY, True, None)],
         [PlannedRun(EMPTY, True, None)],
     )
     plan_runs(context_of(job), [run_of(0), run_of(1), run_of(2)], planner)
     assert planner.asked[1:] == [
-        [(0, 1, 1, False), (200, 2, 1, False)],
-        [(0, 3, 2, False), (200, 4, 2, False)],
-        [(0, 6, 4, True)],  # what is left of it is judged as in a part that is lost
+        [(200, 2, 1, False)],  # of all runs one bead alone: if it is lost, so is the part
+        [(0, 1, 1, False), (200, 4, 1, False)],
+        [(0, 3, 2, False), (200, 5, 2, False)],
+        [(0, 6, 8, True)],  # what is left of it is judged as in a part that is lost
     ]
+
+
+def test_of_many_runs_no_bead_is_searched_in_full_once_one_is_lost(job, every_bead_postponed, monkeypatch):
+    searched, really = every_bead_postponed(no_budget=True), part_plan.plan_bead
+
+    def lost(context: object, first: int, stop: int, *rest: object, **more: object) -> BeadPlan:
+        really(context, first, stop, *rest, **more)  # type: ignore[arg-type]
+        return lost_bead(first, stop, {})
+
+    monkeypatch.setattr(part_plan, "plan_bead", lost)
+    plan = planned(job, FOUR)
+    assert len(searched) == 1
+    assert not any(bead.whole for bead in plan.beads if bead.first in searched)
 
 
 def test_behind_lost_layers_beads_are_searched_together_again(job, monkeypatch):

@@ -193,7 +193,7 @@ def test_few_postponed_beads_are_looked_at_before_any_is_searched(boss, monkeypa
         return [PlannedRun(PartPlan((), (), {}), False, postponed if first else None, tuple(beads)) for _ in some]
 
     plan_runs(boss, [run, run, run], planned)
-    assert rounds == [0, 4]  # all looks come between the first round and the search in full
+    assert rounds == [0, 4, 4]  # all looks come between the first round and the searches in full, of one run and of two
     assert looked == [70, 50, 70, 50]  # of the last three the two of fewest targets, in the last two runs
 
 
