@@ -25,6 +25,7 @@ class Bars:
         """
         self._stream = stream
         self._bar: Any = None
+        self._task: Any = None
         self._what = ""
 
     def __call__(self, what: str, done: int, total: int) -> None:
