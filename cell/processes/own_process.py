@@ -19,6 +19,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import parent_process
 
+from ..errors import InputError
+
 AT_REST_S = 0.0, 0.002, 0.008, 0.03, 0.06  # waited until other threads sleep
 GARBAGE = 20_000  # objects made, between two searches for circles of them: what is large is in none
 ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -29,13 +31,29 @@ def begin_own_process(*, draws: bool = False) -> None:
 
     Args:
         draws: MuJoCo is to draw in it. Otherwise it need not look for a window system, which it would do in processes
-            of their own.
+            of their own; what MUJOCO_GL says for others is of no concern to it.
+
+    Raises:
+        InputError: it is to draw, and MuJoCo cannot with what MUJOCO_GL says.
     """
     if not draws:
-        os.environ.setdefault("MUJOCO_GL", "disable")
+        os.environ["MUJOCO_GL"] = "disable"
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would look for some in all that is installed
     gc.set_threshold(GARBAGE)
     atexit.register(gc.freeze)  # and at the end all there is would be searched once more
+    if draws and os.environ.get("MUJOCO_GL"):
+        _require_backend(os.environ["MUJOCO_GL"])
+
+
+def _require_backend(wanted: str) -> None:
+    """Refuse a backend of drawing that is none, or whose library is missing: MuJoCo does not even begin with it."""
+    try:
+        import mujoco  # noqa: F401
+    except (AttributeError, ImportError, OSError, RuntimeError) as error:
+        said = " ".join(str(error).split())
+        raise InputError(
+            f"MUJOCO_GL={wanted}: MuJoCo cannot draw with it ({said}); unset it, or set egl or glfw"
+        ) from None
 
 
 def may_fork() -> bool:

@@ -190,3 +190,20 @@ def test_brackets_in_names_are_no_markup(make_case: Callable[..., Path], capsys:
     case.write_text(case.read_text() + 'name: "rig [bold] [/rev] :smile:"\n', encoding="utf-8")
     assert main(["check", str(case)]) == 0
     assert "rig [bold] [/rev] :smile:" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("command", "code"), [(["scene"], 0), (["check", "-q", "--no-remedies"], 0), (["replay", "--picture", "p.png"], 2)]
+)
+def test_a_backend_of_drawing_that_is_none_concerns_what_draws_alone(
+    command: list[str], code: int, make_case: Callable[..., Path]
+) -> None:
+    case = make_case()
+    env = {**os.environ, "MUJOCO_GL": "nonsense", "PYTHONPATH": str(ROOT)}
+    argv = [sys.executable, "-m", "cell", *command, case.name]
+    done = subprocess.run(argv, cwd=case.parent, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stderr
+    if code:
+        assert done.stderr.startswith("rbam: MUJOCO_GL=nonsense: MuJoCo cannot draw with it (")
+        assert done.stderr.count("\n") == 1
+        assert not (case.parent / "p.png").exists()
