@@ -1,6 +1,7 @@
 """Constructed cases come out right, each with its reason: beads, travels, the order of layers, speeds."""
 
 import numpy as np
+import pytest
 from support.jobs.cases import at, bosses, radial, turned
 
 from cell.case.read import load_case
@@ -76,6 +77,7 @@ def test_a_travel_through_the_positioner_goes_round_it(make_case, tmp_path):
     assert pairs & {"turn_unit", "faceplate", "tilt_arm"}
 
 
+@pytest.mark.slow
 def test_a_wall_is_gone_round_and_a_closed_room_is_no_path(make_case, tmp_path):
     part = bosses(tmp_path, at(20), at(600), length=620)
     walls = [radial("wall", (900, 1500), (10, 2600)), radial("lintel", (1500, 2700), (395, 2600))]

@@ -279,6 +279,7 @@ def test_a_post_anywhere_among_the_roundings_of_a_corner_is_met():
     assert free > 5
 
 
+@pytest.mark.slow
 def test_no_rectangle_of_roundings_reaches_further_than_is_said():
     """Of what is passed, no configuration of the sheet comes nearer than the clearance less what is allowed for."""
     rng, least, passed = np.random.default_rng(21), 0.006, 0

@@ -100,6 +100,7 @@ def test_what_is_laid_is_each_configurations_own(tmp_path):
     assert np.array_equal(np.unique(within.row), np.flatnonzero(np.array(alone) < 0.05))
 
 
+@pytest.mark.slow
 def test_small_shapes_in_one_another_are_found_from_however_far_is_looked(tmp_path):
     """Of small shapes that penetrate MuJoCo's distance is off by a share of how far it looks."""
     pytest.importorskip("coal")

@@ -89,6 +89,7 @@ def test_a_small_budget_is_left_for_travels_of_a_small_part_that_is_lost(job, no
     assert no_straight_travel
 
 
+@pytest.mark.slow
 def test_all_ways_round_are_searched_of_a_part_that_is_not_lost(job, no_straight_travel):
     plan = planned(job, None)
     firsts = [bead.first for bead in plan.beads]

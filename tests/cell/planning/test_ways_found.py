@@ -54,6 +54,7 @@ def coarse(tmp_path_factory):
     return result_of_path(path)
 
 
+@pytest.mark.slow
 def test_a_joint_may_turn_far_between_two_targets(coarse, tmp_path):
     assert coarse.feasible
     q = np.array([row.q for row in coarse.rows])

@@ -67,6 +67,7 @@ def test_screening_lets_a_feasible_pose_pass_and_sees_a_table_in_the_floor(make_
     assert found.looked_at == len(job.targets)
 
 
+@pytest.mark.slow
 def test_screening_and_check_agree_about_a_table_by_itself(make_case):
     # it hangs down past the faceplate's rim: at E2 = 0 into the tilting arm, at the other turns beside it
     flag = {"name": "flag", "box": {"size_mm": [20, 20, 300]}, "position_mm": [0, 300, -100], "on": "table"}

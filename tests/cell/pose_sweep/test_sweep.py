@@ -115,6 +115,7 @@ def test_a_pose_changes_the_cell_and_nothing_else(make_case):
     assert np.linalg.norm(step[:3, 3]) == pytest.approx(0.07)
 
 
+@pytest.mark.slow
 def test_a_row_of_a_variant_is_that_of_a_case_that_says_so(make_case, tmp_path):
     case = load_case(make_case())
     pose = Pose(90.0, 180.0, "fixed:-60", (1480.0, 0.0, 0.0, -90.0), 110.0)

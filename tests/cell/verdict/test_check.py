@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import mujoco
 import numpy as np
+import pytest
 
 from cell.case.read import load_case
 from cell.failure import Failure, FailurePlace, Kind, Where
@@ -82,6 +83,7 @@ def test_no_jump_inside_a_bead(make_case):
     assert np.rad2deg(np.abs(np.diff(motion.q, axis=0))[same].max()) < 15
 
 
+@pytest.mark.slow
 def test_both_solvers_agree_on_the_verdict(make_case):
     # few targets: damped least squares searches every roll from every seed
     few = {"slicing": {"h_layer_mm": 3, "h_min_mm": 2, "h_max_mm": 4}, "roll": {"fixed_deg": 0}}

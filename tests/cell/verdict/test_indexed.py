@@ -67,6 +67,7 @@ def test_the_table_turns_within_its_axes_while_the_arm_stands(found: Result) -> 
     assert (jumps <= drives.acceleration[-2:] * 1.02).all()
 
 
+@pytest.mark.slow
 def test_the_judge_says_the_same_of_the_motion_as_a_file(found: Result, folder: Path) -> None:
     path = folder / "motion.csv"
     assert found.motion is not None

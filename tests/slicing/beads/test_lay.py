@@ -149,6 +149,7 @@ def test_contours_come_first_or_last(tube):
             assert len(set(kinds)) == 2 or layer.index > 3
 
 
+@pytest.mark.slow
 def test_a_short_order_is_no_longer_than_the_given_one(tube):
     long, short = (
         lay_beads([tube], BeadParameters("zigzag", width_mm=3.0, order=order))[0] for order in ("given", "short")

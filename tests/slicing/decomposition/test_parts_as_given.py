@@ -34,6 +34,7 @@ def test_rounding_makes_no_plane_of_a_fine_cylinder():
     assert decompose(mesh_of(solid, digits=2)).body.radius_mm == 20.0
 
 
+@pytest.mark.slow
 def test_a_part_far_from_the_origin_gets_no_further_sub_volume():
     near = decompose(mesh_of(shoulder()))
     far = decompose(mesh_of(shoulder(), turned(0, shift=(0, 0, 10_000)), digits=6))

@@ -93,6 +93,7 @@ def test_normals_point_along_growing_distance(points, seed):
     assert further[away] == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_vertical_profile_is_the_cylinder():
     for mesh in (box(), blade(10, 10), sector(1.1, 20, 40, -5, 5), ring(19.9, 32.0, -4.0, 7.0)):
         a, b = slice_sub_volume(mesh, RevolvedBody(UPRIGHT), REVOLVED), slice_sub_volume(mesh, BODY, ROUND)

@@ -55,6 +55,7 @@ def test_a_ring_in_a_groove_has_all_of_its_layers():
     assert sliced.end_mm == pytest.approx(5 * 1.73 - 8.0, abs=1e-2)
 
 
+@pytest.mark.slow
 def test_what_fills_a_groove_is_sliced_though_all_of_its_corners_are_on_the_body():
     filling = turned((12.0, 20.0), (25.0, 15.0), (25.0, 45.0), (12.0, 40.0))
     sliced = slice_sub_volume(as_mesh(filling), GROOVE, REVOLVED, (0.0, 60.0))

@@ -137,6 +137,7 @@ def test_outer_beads_run_counter_clockwise_and_holes_clockwise():
         assert (turned < 0) == holes[path]
 
 
+@pytest.mark.slow
 def test_turning_the_part_turns_the_targets():
     for strategy in STRATEGIES:
         parameters = SlicingParameters(strategy)

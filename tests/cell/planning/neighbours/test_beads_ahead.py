@@ -52,6 +52,7 @@ def test_they_are_what_each_is_by_itself(boss):
     assert context.asked > asked
 
 
+@pytest.mark.slow
 def test_beads_at_which_the_wrist_swings_are_found_ahead_too():
     """The propeller at a pose where some beads pass close by the wrist's singularity: no quick way leads along them."""
     job = prepare(load_case(DEFAULT_CASE))

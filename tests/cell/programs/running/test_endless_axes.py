@@ -81,6 +81,7 @@ def test_a_long_turn_of_an_endless_axis_is_written_in_moves_that_the_controller_
     assert layer.count("PTP") >= 3
 
 
+@pytest.mark.slow
 def test_a_long_turn_of_an_axis_with_a_range_is_one_move(boss_on):
     result = boss_on('range="-350 460"')
     made = export_program(result.job, turned_before(result.motion, 300.0))
