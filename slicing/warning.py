@@ -56,6 +56,7 @@ class Code(StrEnum):
     PART_NOT_ON_SUPPORT = "part_not_on_support"
     PAST_HORIZONTAL = "past_horizontal"
     POLYGON_NOT_FLAT = "polygon_not_flat"
+    PROGRAM_BEAD_CUT = "program_bead_cut"
     PROGRAM_CUT = "program_cut"
     PROGRAM_DENSE = "program_dense"
     PROGRAM_DOUBT = "program_doubt"

@@ -46,6 +46,8 @@ ENDLESS = "cell/programs/running/test_endless_axes.py"
 NEAR_BEADS = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
+STATUS, WRITTEN = "cell/programs/running/test_status.py", "cell/programs/test_krl_write.py"
+ELSEWHERE = "cell/programs/krl/test_krl_elsewhere.py"
 AHEAD = "cell/part_chunks/test_runs_ahead.py"
 PROGRAMS, OVERHANG = "cell/programs/test_program_findings.py", "cell/job/test_overhang_check.py"
 
@@ -183,6 +185,12 @@ MUTANTS = (
     Mutant("cell/collision/blend_bisection.py", "self._travelled(some) / (2 * some.narrow)", "self._travelled(some) / (20 * some.narrow)", (ROUNDINGS,)),
     Mutant("cell/collision/blend_bisection.py", "self._travelled(some) / 2)", "self._travelled(some) / 20)", (ROUNDINGS,)),
     Mutant("cell/collision/blend_bisection.py", "if len(open_.step) and not lost:", "if False:", (ROUNDINGS,)),
+    Mutant("cell/programs/running/program_path.py", "if held is not None and held != status & STATUS_BITS:", "if False:", (STATUS,)),
+    Mutant("cell/programs/running/configuration_tracking.py", "(ELBOW if elbow else 0)", "ELBOW", (STATUS,)),
+    Mutant("cell/programs/program_check.py", "for move in run.program.stands:", "for move in ():", (PROGRAMS,)),
+    Mutant("cell/programs/krl/state.py", "            self.stands.append(len(self))\n", "", (ELSEWHERE,)),
+    Mutant("cell/programs/krl_modules.py", "cut = stop or len(part)", "cut = len(part)", (WRITTEN,)),
+    Mutant("cell/programs/krl_write.py", "            if arc:  #", "            if False:  #", (WRITTEN,)),
     Mutant("cell/collision/blend_sheets.py", "(slopes + changes)", "slopes", (SHEETS,)),
     Mutant("cell/collision/blend_sheets.py", "du**2 / 2 * by_length", "du**2 / 4 * by_length", (SHEETS,)),
     Mutant("cell/collision/blend_sheets.py", "dz**2 / 2 * by_zone]", "dz**2 / 6 * by_zone]", (SHEETS,)),

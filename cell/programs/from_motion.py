@@ -13,7 +13,7 @@ move is one of axes to the motion's first row. Metres, radians, seconds.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -114,7 +114,8 @@ def program_of_motion(job: Job, motion: Motion, frames: ProgramFrames) -> Progra
     program = Program(frames.program, made.moves(), tuple(made.events), (frames.tool,), (frames.base,))
     row = np.array(made.row)
     most = _points_a_second(motion.t_s[row[made.in_bead()]])
-    return ProgramOfMotion(program, row, len(motion.t_s), thinning, most, _size_warnings(job.case, len(row), most))
+    warnings = (*_size_warnings(job.case, len(row), most), *_cut_beads(job.case, made.events))
+    return ProgramOfMotion(program, row, len(motion.t_s), thinning, most, warnings)
 
 
 def _points_a_second(t: Floats) -> float:
@@ -122,6 +123,19 @@ def _points_a_second(t: Floats) -> float:
         return 0.0
     count = np.searchsorted(t, t + WINDOW_S) - np.arange(len(t))
     return float(count.max() / WINDOW_S)
+
+
+def _cut_beads(case: Case, events: Sequence[Event]) -> tuple[Warning, ...]:
+    """What is said of beads that have more points than a module may have: their modules go on with the arc on."""
+    on, off = ([e.before for e in events if e.kind == kind] for kind in (EventKind.ARC_ON, EventKind.ARC_OFF))
+    most = max((b - a for a, b in zip(on, off, strict=False)), default=0)
+    if most <= case.controller.points_a_module:
+        return ()
+    text = (
+        f"program: a bead has {most} points and goes on in another module with the arc on; no bead is cut where "
+        f"controller.points_a_module is at least {most} (now {case.controller.points_a_module})"
+    )
+    return (Warning(Code.PROGRAM_BEAD_CUT, text),)
 
 
 def _size_warnings(case: Case, points: int, most: float) -> tuple[Warning, ...]:

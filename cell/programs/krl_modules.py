@@ -64,7 +64,9 @@ def module_contents(program: Program) -> Iterator[ModuleContent]:
 
 
 def split_content(program: Program, piece: ModuleContent, most: int) -> list[list[int | Event]]:
-    """What is one layer's, in modules of at most so many moves, cut after exact stops where there are any.
+    """What is one layer's, in modules of at most so many moves, cut where the arm stops with the arc off.
+
+    A bead is cut only where it has more moves than a module may have itself.
 
     Args:
         program: the program.
@@ -77,19 +79,31 @@ def split_content(program: Program, piece: ModuleContent, most: int) -> list[lis
     rounded = (program.moves.blend > 0) | (program.moves.blend_share > 0)
     parts: list[list[int | Event]] = []
     part: list[int | Event] = []
-    moves = stop = 0  # items of the part up to its last exact stop
+    moves = stop = 0  # items of the part up to its last exact stop with the arc off
+    arc = exact = False
     for item in piece.items:
         if isinstance(item, int):
             if moves == most:
-                cut = stop if stop > len(part) // 2 else len(part)
+                cut = stop or len(part)
                 parts.append(part[:cut])
                 part, stop = part[cut:], 0
                 moves = sum(isinstance(one, int) for one in part)
             moves += 1
+            exact = not rounded[item]
+        else:
+            arc = arc_after(arc, item)
         part.append(item)
-        if isinstance(item, int) and not rounded[item]:
+        if exact and not arc and (isinstance(item, int) or item.kind == EventKind.ARC_OFF):
             stop = len(part)
     return [*parts, part]
+
+
+def arc_after(arc: bool, *items: int | Event) -> bool:
+    """Whether the arc is on after some items, given whether it was before."""
+    for item in items:
+        if isinstance(item, Event) and item.kind in (EventKind.ARC_ON, EventKind.ARC_OFF):
+            arc = item.kind == EventKind.ARC_ON
+    return arc
 
 
 class ModuleNames:

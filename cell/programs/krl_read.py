@@ -55,4 +55,5 @@ def read_krl(path: str | Path, controller: Controller) -> Program:
         files=tuple(sources.files),
         passed_over=dict(sorted(passed.items())),
         doubts=state.doubts(),
+        stands=tuple(state.stands),
     )

@@ -21,7 +21,7 @@ from ik.chain import Floats
 
 from .controller import Controller
 from .hooks import hook_lines
-from .krl_modules import ModuleNames, module_contents, split_content
+from .krl_modules import ModuleNames, arc_after, module_contents, split_content
 from .orientation import pose_of, run_on
 from .program import BaseFrame, Event, EventKind, MoveKind, Program, ToolFrame
 
@@ -41,6 +41,7 @@ INI = (
     "  ;ENDFOLD (BASISTECH INI)",
     ";ENDFOLD (INI)",
 )
+INSIDE_A_BEAD = ";goes on inside a bead with what the module before it has set: never start it by itself"
 END_OF_LINE = "\r\n"
 MM, DEG = 4, 5  # decimals
 FRAME_MM, FRAME_DEG = 5, 6  # of frames, which move every point
@@ -73,13 +74,18 @@ def write_krl(program: Program, controller: Controller) -> dict[str, str]:
             main.write(piece.items)
             in_main += piece.moves
             continue
-        parts = split_content(program, piece, controller.points_a_module)
+        parts, arc = split_content(program, piece, controller.points_a_module), False
         for number, items in enumerate(parts):
             name = names.module(piece.layer, number, len(parts))
             main.add(f"{name} ( )")
-            module = _Writer(program, controller, main.state.fresh())
-            module.hold(main.state.tool, main.state.base)
+            if arc:  # frames and speeds are not set again: nothing may stop the advance run, and so the torch
+                module = _Writer(program, controller, main.state)
+                module.add(INSIDE_A_BEAD)
+            else:
+                module = _Writer(program, controller, main.state.fresh())
+                module.hold(main.state.tool, main.state.base)
             module.write(items)
+            arc = arc_after(arc, *items)
             main.state = module.state
             files[f"{name}.src"] = module.text(name)
     files[f"{names.main}.src"] = main.text(names.main)

@@ -230,6 +230,7 @@ class Program:
         files: names of the files read.
         passed_over: how often each kind of statement stood there that moves nothing and was passed over.
         doubts: what a reader finds and does not refuse.
+        stands: moves before which the arm stands with the arc on, inside a bead, for a time that is not known.
     """
 
     name: str
@@ -240,6 +241,7 @@ class Program:
     files: tuple[str, ...] = ()
     passed_over: Mapping[str, int] = field(default_factory=dict)
     doubts: tuple[ProgramWarning, ...] = ()
+    stands: tuple[int, ...] = ()
 
     def line_of(self, move: int) -> SourceLine | None:
         """Where a move stands, None where the program is not read from text."""

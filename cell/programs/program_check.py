@@ -145,6 +145,9 @@ def _program_findings(run: SimulatedProgram, job: Job) -> Iterator[Found]:
     yield from _roots(run.program, job)
     yield from _externals(run.program, job)
     yield from _welding_moves(run, job)
+    if job.case.process.least_speed_share > 0:
+        for move in run.program.stands:
+            yield Failure(Kind.STANDSTILL, limit=0.0, place=IN_ROWS), move - 1, move - 1
     yield from _stretches(Failure(Kind.PATH_SPEED, limit=MOST_TCP_SPEED, place=IN_ROWS), run.program.moves.speed)
 
 
@@ -253,6 +256,16 @@ def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
             text = f"{move_label(program, int(used[0]))}: its base stands in the world, not on the table: "
             yield Warning(Code.PROGRAM_FRAME, f"{text}taken in the arm's base ($WORLD = $ROBROOT)")
     yield from _table_warnings(run, job)
+    given = np.flatnonzero(moves.status >= 0)
+    if len(given) and job.solver.geometry is None:
+        text = (
+            "S of an arm without a spherical wrist is not known: the nearest configuration with the signs of T is taken"
+        )
+        yield Warning(Code.PROGRAM_DOUBT, f"{move_label(program, int(given[0]))}: {text}")
+    if program.stands and job.case.process.least_speed_share <= 0:
+        text = f"{move_label(program, program.stands[0])}: the arm stands before it with the arc on, for an unknown time"
+        more = f" (and {len(program.stands) - 1} more)" if len(program.stands) > 1 else ""
+        yield Warning(Code.PROGRAM_DOUBT, text + more)
     for doubt in program.doubts:
         of = f" ({doubt.count} points)" if doubt.count > 1 else ""
         yield Warning(Code.PROGRAM_DOUBT, f"{move_label(program, doubt.move)}: {doubt.kind}{of}")

@@ -205,6 +205,8 @@ def _rows(failure: Failure) -> str:
 
 
 def _rows_speed(failure: Failure) -> str:
+    if failure.kind is Kind.STANDSTILL and failure.measure is None:
+        return "the arc burns at a standstill for a time that is not known (HALT, WAIT FOR)"
     measure, limit = _number(failure.measure), failure.limit
     if failure.kind is Kind.DEPOSITION_SPEED:
         assert limit is not None

@@ -261,6 +261,10 @@ class Execution:
         self.passing(statement.value)
         self.state.stand()
 
+    def _do_harmless_stop(self, statement: Statement) -> None:
+        self.passing(statement.value)
+        self.state.stop()
+
     def _do_doubt(self, statement: Statement) -> None:
         kind, text = statement.value
         self.passing(kind)
@@ -440,7 +444,7 @@ class Execution:
             elif one.op in ("if", "while", "loop", "repeat"):
                 if not self._moves_nothing((*one.body, *one.other)):
                     return False
-            elif one.op not in ("pass", "stop", "wait", "continue", "doubt"):
+            elif one.op not in ("pass", "stop", "harmless_stop", "wait", "continue", "doubt"):
                 return False
         return True
 

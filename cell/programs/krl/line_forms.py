@@ -57,6 +57,7 @@ PASSED = {  # what moves nothing, by its first word
     "CONFIRM": "CONFIRM",
 }
 EVALUATED = frozenset(("INTERRUPT", "PULSE", "ANOUT", "ANIN", "DIGIN", "CONST_VEL", "CONFIRM"))  # hold values
+HARMLESS_LINES = "statements that the case calls harmless"
 _STOPS = re.compile(r"\bDO\s+IR_STOPM\s*\(", re.IGNORECASE)  # the interrupt of the standard INI
 FOREIGN_INTERRUPTS = "interrupts whose sub-programs are not run"
 _MOVE = re.compile(r"(LIN|PTP|SLIN|SPTP|SPL)\s*\{([^{}\[\]\"';]*)\}\s*((?:C_[A-Z]+\s*){0,2})", re.IGNORECASE)
@@ -131,6 +132,10 @@ class LineForms:
             return
         if word == "WAIT":
             yield from _inner(text[len(word) :] if _waits_for(text) else "", number)
+        harmless = any(pattern.search(line) for pattern in self._harmless)
+        if harmless and (word == "HALT" or (word == "WAIT" and _waits_for(text))):
+            yield Statement("harmless_stop", number, HARMLESS_LINES)
+            return
         if word in _SIMPLE:
             yield _SIMPLE[word](Cursor(tokens(text, where), where), number)
             return
@@ -143,8 +148,8 @@ class LineForms:
         event = None if word == "INTERRUPT" or of_hook else events.of_statement(line, where)
         if event is not None:
             yield Statement("event", number, event)
-        if event is None and any(pattern.search(line) for pattern in self._harmless):
-            yield Statement("pass", number, "statements that the case calls harmless")
+        if event is None and harmless:
+            yield Statement("pass", number, HARMLESS_LINES)
             yield from _forgotten(text, where)
             return
         if word == "TRIGGER":

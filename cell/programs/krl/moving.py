@@ -186,8 +186,6 @@ def _axes(state: ControllerState, end: dict[str, float], scope: Scope) -> Destin
         status, turn = (integer(end[name], scope) if name in end else -1 for name in ("S", "T"))
         if not (-1 <= status < STATUSES and -1 <= turn < TURNS):
             raise refuse(scope.where, f"S is 0 to {STATUSES - 1} and T 0 to {TURNS - 1}, not {status} and {turn}")
-        if status >= 0:
-            state.doubt("S is not used: the nearest configuration with the signs of T is taken")
         return Destination(pose=_pose(state, end, scope), status=status, turn=turn)
     return Destination(joints=_joints(state, end, scope))
 

@@ -124,6 +124,7 @@ class ControllerState:
         self._stood = False  # it has waited since, for a time that is not known
         self._doubts: dict[str, list[int]] = {}  # first move and how many, by what it is
         self.events: list[Event] = []
+        self.stands: list[int] = []  # moves before which it stands with the arc on, for a time that is not known
         self.tools: list[ToolFrame] = []
         self.bases: list[BaseFrame] = []
         self._waiting: list[Event] = []  # of the end of the next move
@@ -177,7 +178,7 @@ class ControllerState:
         """
         columns, speeds = self._columns, self.speeds
         if self._stood:
-            self.doubt("waits or halts before it with the arc on, for an unknown time")
+            self.stands.append(len(self))
             self._stood = False
         tool, base = self._indices()
         axes = kind == MoveKind.AXES

@@ -85,12 +85,12 @@ class Statement:
     Attributes:
         op: move (MotionStatement), assign (target, value), call (FunctionCall, whether it may be missing), event
             (Happening), declare (Declarations), if (condition), for (variable, from, to, step), while, repeat
-            (condition), loop, switch (value, cases), exit, return (value or None), wait (seconds), stop (a word
-            that ends the advance run), inner (names of functions called in a line that is passed
-            over), signal (outputs by name), forget (arguments that a line that is passed over may set), triggered (a
-            sub-program and its arguments), switched (an output that is not known), floats (a variable that a trigger
-            sets, and what to say of it), continue, spline (settings, blends), structure (name, types of its
-            components), refused (a text), pass (a kind).
+            (condition), loop, switch (value, cases), exit, return (value or None), wait (seconds), stop (a word that
+            ends the advance run), harmless_stop (likewise, for no time that counts), inner (names of functions called
+            in a line that is passed over), signal (outputs by name), forget (arguments that a line that is passed
+            over may set), triggered (a sub-program and its arguments), switched (an output that is not known), floats
+            (a variable that a trigger sets, and what to say of it), continue, spline (settings, blends), structure
+            (name, types of its components), refused (a text), pass (a kind).
         line: from 1.
         value: see op.
         body: of blocks.

@@ -17,11 +17,15 @@ import numpy as np
 from ik import closed_form, dls
 from ik.chain import Floats
 from ik.roll import RollWindow, wrap
+from ik.singularity import sides
 from ik.solver import Solver
 
 ARM_AXES = 3  # the first axes, which a wrist in line does not leave open
 SAME_CONFIGURATION = 1e-4  # rad: configurations that differ by less are one
 FIXED = RollWindow.fixed(0.0)
+OVERHEAD, ELBOW, FLIPPED = 1, 2, 4  # bits of KUKA's S
+# of the configuration of S 2: in the basic area, A3 and A5 above 0
+BASIC = np.deg2rad([0.0, -90.0, 90.0, 0.0, 30.0, 0.0])
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,17 @@ class ConfigurationTracker:
         """Whether a pose (4, 4), m, has at most one configuration with the signs of T, but for whole turns."""
         found = self._configurations(T_base_tcp, turn)
         return not len(found) or bool((np.abs(wrap(found - found[0])) < SAME_CONFIGURATION).all())
+
+    def status(self, q: Floats) -> int | None:
+        """KUKA's S of axes (n,), rad; None of an arm without a spherical wrist, of which it is not known.
+
+        Bit 0: the wrist is behind axis 1. Bit 1: A3 is beyond the arm's stretched pose, above it. Bit 2: A5 is below 0.
+        """
+        form = self.solver.geometry
+        if form is None or len(q) != len(BASIC):
+            return None
+        wrist, elbow, shoulder = (sides(form, q) == sides(form, BASIC)).tolist()
+        return (0 if shoulder else OVERHEAD) | (ELBOW if elbow else 0) | (0 if wrist else FLIPPED)
 
     def _configurations(self, T_base_tcp: Floats, turn: int) -> Floats:
         """Those of a pose (4, 4), m, with the signs of T (m, n), rad."""

@@ -34,6 +34,7 @@ OFF, TURNED = 4e-6, np.deg2rad(0.004)  # m and rad that a straight line of the a
 STEP, TURN = 2e-3, np.deg2rad(1.0)  # between the samples that are begun with
 HALVINGS = 9  # of a step between them
 POSE_NUMBERS = 6  # of X Y Z A B C
+STATUS_BITS = 7  # of S, which say the configuration; more say how the point was taught
 AXES_STEP = np.deg2rad(1.0)  # between samples of a move of axes
 
 
@@ -158,6 +159,12 @@ class _Walk:
                 f"{move_label(self.program, i)}: {given}: the pose has several such configurations; give axes"
             )
         found = self.tracker.nearest(T[0], q, turn)
+        held = None if found is None or status < 0 else self.tracker.status(found)
+        if held is not None and held != status & STATUS_BITS:
+            raise InputError(
+                f"{move_label(self.program, i)}: S {status} and T {turn} are of different configurations: the "
+                f"axes with the signs of T have S {held}; give S and T of one, or axes"
+            )
         if found is not None and status < 0 and not self.tracker.keeps(T[0], q, found):
             raise InputError(
                 f"{move_label(self.program, i)}: without S the arm may keep its configuration or take a nearer one; "

@@ -23,10 +23,10 @@ from cell.cli.main import main
 from cell.motion.motion_file import write_motion
 from cell.programs.cell_controller import cell_controller, frames_of
 from cell.programs.export import export_program
-from cell.programs.from_motion import PointThinning, _farthest, _size_warnings, program_of_motion
+from cell.programs.from_motion import PointThinning, _cut_beads, _farthest, _size_warnings, program_of_motion
 from cell.programs.orientation import frames_of_poses
 from cell.programs.pose_rows import pose_rows
-from cell.programs.program import EventKind, MoveKind
+from cell.programs.program import Event, EventKind, MoveKind
 from cell.programs.robodk_script import robodk_script
 from cell.programs.round_trip import OFF, TURNED, compared, difference_of
 from cell.programs.running.simulate import run_program
@@ -98,6 +98,9 @@ def test_dense_points_and_small_memories_are_told() -> None:
     assert [line.code for line in program_of_motion(job, boss.motion, frames).warnings] == ["program_dense"]
     assert [line.code for line in _size_warnings(job.case, 1100, 0.1)] == ["program_memory"]
     assert not _size_warnings(job.case, 1000, 0.1)
+    events = [Event(EventKind.ARC_ON, 3), Event(EventKind.ARC_OFF, 1004)]
+    assert [line.code for line in _cut_beads(job.case, events)] == ["program_bead_cut"]
+    assert not _cut_beads(job.case, [events[0], Event(EventKind.ARC_OFF, 1003)])
     assert not boss.made.written.warnings
 
 

@@ -21,6 +21,7 @@ from cell.programs.orientation import frames_of_poses
 from cell.programs.program import BaseFrame, Event, EventKind, MoveKind, Moves, Program, ToolFrame
 
 GOLDEN = ROOT / "tests" / "data" / "programs" / "golden"
+FIELDS: dict[str, str | float] = {"bead": 0.0, "layer": 0.0, "target": 0.0, "sub_volume": "SV1"}
 
 
 def small() -> Program:
@@ -122,6 +123,45 @@ def test_a_layer_is_cut_where_the_arm_stops() -> None:
     files = write_krl(program, controller(program="CUT", points_a_module=10))
     assert [text.count("LIN ") for text in files.values()] == [0, 8, 10, 7]
     assert list(files) == ["CUT.src", "CUT_P000_0.src", "CUT_P000_1.src", "CUT_P000_2.src"]
+
+
+def beads_of(*lengths: int) -> Program:
+    """Beads of so many moves, each after a move that leads to it."""
+    n = sum(lengths) + len(lengths)
+    moves, zero, events, at = Moves.empty(n), np.zeros(n, dtype=np.int64), [], 0
+    blend = np.zeros(n)
+    for length in lengths:
+        blend[at + 1 : at + length] = 0.001
+        events += [
+            Event(EventKind.ARC_ON, at + 1, fields=FIELDS),
+            Event(EventKind.ARC_OFF, at + length + 1, fields=FIELDS),
+        ]
+        at += length + 1
+    pose = np.zeros((n, 6))
+    moves = replace(
+        moves, pose=pose, external=np.zeros((n, 2)), tool=zero, base=zero, speed=np.full(n, 0.01), blend=blend
+    )
+    return Program(
+        "CUT", moves, tuple(events), (ToolFrame(np.eye(4)),), (BaseFrame(np.eye(4), coupled=True, machine=2),)
+    )
+
+
+def test_a_bead_is_not_cut_unless_it_is_longer_than_a_module() -> None:
+    files = write_krl(beads_of(3, 9, 4, 8), controller(program="CUT", points_a_module=10))
+    texts = list(files.values())[1:]
+    assert len(texts) == 4
+    for text in texts:
+        assert text.count("ARC_ON") == text.count("ARC_OFF") == 1
+        assert text.index("$TOOL") < text.index("LIN")
+
+
+def test_nothing_inside_a_bead_stops_the_advance_run() -> None:
+    files = write_krl(beads_of(3, 34, 4), controller(program="CUT", points_a_module=10))
+    text = "".join(text.replace("DEF ", "\n") for name, text in files.items() if name != "CUT.src")
+    assert sum("goes on inside a bead" in one for one in files.values()) == 3
+    for bead in re.findall(r"ARC_ON.*?ARC_OFF", text, re.DOTALL):
+        inside = bead.split("LIN", 2)[-1]  # its speed and rounding are set where the arm stands still
+        assert not re.search(r"\$|WAIT|BAS", inside)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from cell.programs.cell_frames import T_base_root
 from cell.programs.program import Event, EventKind, MoveKind, Program
 from cell.programs.program_check import _program_findings, _warnings
 from cell.programs.running.simulate import run_program
+from cell.verdict.failure_words import failure_in_words
 
 
 def found(program: Program) -> set[tuple[str, int]]:
@@ -127,6 +128,15 @@ def test_a_base_in_the_world_is_wrong_where_the_table_moves(turned_deg: float, b
 
 def test_an_axis_that_is_never_given_is_found_from_the_first_move_on() -> None:
     assert found(changed(external=((slice(0, 9), 1), np.nan))) == {("external", 0)}  # type: ignore[arg-type]
+
+
+def test_a_stand_of_unknown_length_inside_a_bead_is_found() -> None:
+    k = welding()
+    stands = replace(boss_program().made.written.program, stands=(k,))
+    assert found(stands) == {("speed", k - 1)}
+    job = boss_program().job
+    [(failure, _, _)] = _program_findings(on_beads(job, run_program(stands, job)), job)
+    assert failure_in_words(failure).endswith("for a time that is not known (HALT, WAIT FOR)")
 
 
 def test_a_ptp_in_a_bead_is_found() -> None:

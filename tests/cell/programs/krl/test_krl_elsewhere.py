@@ -108,21 +108,21 @@ def test_what_is_not_followed_is_doubted_with_its_line(statement: str, words: st
 
 
 @pytest.mark.parametrize("stands", ["WAIT FOR $IN[1]==TRUE", "HALT"])
-def test_a_stand_of_unknown_length_inside_a_bead_is_doubted(stands: str, tmp_path: Path) -> None:
+def test_a_stand_of_unknown_length_inside_a_bead_is_noted(stands: str, tmp_path: Path) -> None:
     on, off = "ARC_ON ( )\n", "ARC_OFF ( )\n"
     inside = run(tmp_path, FRAMES + PTP + on + LIN + stands + "\n" + LIN + off)
-    assert [line for _, line in doubts(inside)] == [8]
-    assert "with the arc on" in doubts(inside)[0][0]
+    assert [inside.line_of(move).number for move in inside.stands] == [8]
     # the arc is waited for where it starts, and the crater filled where it ends
-    assert not run(tmp_path, FRAMES + PTP + on + stands + "\n" + LIN + stands + "\n" + off + LIN).doubts
+    assert not run(tmp_path, FRAMES + PTP + on + stands + "\n" + LIN + stands + "\n" + off + LIN).stands
 
 
-def test_a_configuration_that_is_not_followed_is_doubted(tmp_path: Path) -> None:
-    point = "PTP {X 100,Y 0,Z 50,A 0,B 90,C 0%s,T 2,E1 0,E2 0}\n"
-    found = doubts(run(tmp_path, FRAMES + PTP + point % ",S 6"))
-    assert [line for _, line in found] == [5]
-    assert found[0][0].startswith("S is not used")
-    assert not run(tmp_path, FRAMES + PTP + point % "").doubts
+def test_a_wait_that_the_case_calls_harmless_stops_the_advance_run_alone(tmp_path: Path) -> None:
+    text = FRAMES + PTP + "ARC_ON ( )\n" + LIN.strip() + " C_DIS\nWAIT FOR $IN[7]\n" + LIN + "ARC_OFF ( )\n"
+    its = controller(read={"harmless": [r"WAIT FOR \$IN\[7\]"]})
+    program = read_krl(module(tmp_path, text), its)
+    assert not program.stands
+    assert not program.moves.blend.any()
+    assert len(read_krl(module(tmp_path, text.replace("[7]", "[8]")), its).stands) == 1
 
 
 def test_the_arc_is_struck_once_by_lines_that_follow_one_another(tmp_path: Path) -> None:
