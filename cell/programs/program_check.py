@@ -263,9 +263,9 @@ def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
         )
         yield Warning(Code.PROGRAM_DOUBT, f"{move_label(program, int(given[0]))}: {text}")
     if program.stands and job.case.process.least_speed_share <= 0:
-        text = f"{move_label(program, program.stands[0])}: the arm stands before it with the arc on, for an unknown time"
-        more = f" (and {len(program.stands) - 1} more)" if len(program.stands) > 1 else ""
-        yield Warning(Code.PROGRAM_DOUBT, text + more)
+        of = f" ({len(program.stands)} points)" if len(program.stands) > 1 else ""
+        text = f"stands before it with the arc on, for an unknown time{of}"
+        yield Warning(Code.PROGRAM_DOUBT, f"{move_label(program, program.stands[0])}: {text}")
     for doubt in program.doubts:
         of = f" ({doubt.count} points)" if doubt.count > 1 else ""
         yield Warning(Code.PROGRAM_DOUBT, f"{move_label(program, doubt.move)}: {doubt.kind}{of}")

@@ -137,6 +137,13 @@ def test_a_stand_of_unknown_length_inside_a_bead_is_found() -> None:
     job = boss_program().job
     [(failure, _, _)] = _program_findings(on_beads(job, run_program(stands, job)), job)
     assert failure_in_words(failure).endswith("for a time that is not known (HALT, WAIT FOR)")
+    # where a case lets the torch be as slow as it likes, it is told
+    process = job.case.process.model_copy(update={"least_speed_share": 0.0})
+    slow = job.case.model_copy(update={"process": process})
+    lax = replace(job, case=slow)
+    run = on_beads(lax, run_program(stands, lax))
+    assert not list(_program_findings(run, lax))
+    assert [line.code for line in _warnings(run, lax)] == ["program_doubt"]
 
 
 def test_a_ptp_in_a_bead_is_found() -> None:
