@@ -9,8 +9,8 @@ contact); two boxes (distances up to 46 mm too large); any convex pair of which 
 (``multiccd``: the deepest may be left out, 240 mm deep reads as 2 mm apart); and any convex pair far out with the 35
 iterations that are the default (17 mm deep reads as 8 mm apart), of shapes of a few millimetres with 500 of them too.
 So boxes become meshes of their eight corners, which leaves their surface as it is, one contact a pair is computed, and
-the iterations are no limit. A mesh collides as its whole convex hull. Height fields, signed distance fields and
-deformable bodies are refused: MuJoCo reports the first 50 contacts of a pair, among which the nearest need not be.
+the iterations are no limit. A mesh collides as its whole convex hull. Height fields and signed distance fields
+are refused: MuJoCo reports the first 50 contacts of a pair, among which the nearest need not be.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def make_detectable(world: mujoco.MjSpec, case: Case) -> None:
     """
     _set_options(world.option)
     solid = [geom for geom in world.geoms if geom.contype or geom.conaffinity]
-    _refuse(world, solid, case)
+    _refuse(solid, case)
     meshes = {geom.meshname for geom in solid if geom.meshname}
     for mesh in world.meshes:
         if mesh.name in meshes:
@@ -82,18 +82,14 @@ def _set_options(option: mujoco.MjOption) -> None:
     option.ccd_iterations = ITERATIONS
 
 
-def _refuse(world: mujoco.MjSpec, solid: list[mujoco.MjsGeom], case: Case) -> None:
-    advice = "use boxes, cylinders, capsules, spheres, ellipsoids or meshes"
+def _refuse(solid: list[mujoco.MjsGeom], case: Case) -> None:
     for geom in solid:
         if geom.type in REFUSED:
             name = geom.name or f"a shape of body {geom.parent.name}"
             raise InputError(
-                f"{case.path}: {name} is {REFUSED[geom.type]}, for which clearances cannot be computed; {advice}"
+                f"{case.path}: {name} is {REFUSED[geom.type]}, for which clearances cannot be computed; "
+                "use boxes, cylinders, capsules, spheres, ellipsoids or meshes"
             )
-    for flex in world.flexes:
-        raise InputError(
-            f"{case.path}: {flex.name} is a deformable body, for which clearances cannot be computed; {advice}"
-        )
 
 
 def _as_corners(world: mujoco.MjSpec, box: mujoco.MjsGeom) -> None:
