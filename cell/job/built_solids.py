@@ -15,7 +15,7 @@ import numpy as np
 from manifold3d import Manifold, OpType
 
 from ik.chain import Floats
-from slicing import Mesh, convex_hull, solid_of
+from slicing import Mesh, convex_hull
 
 from ..mjcf.convex_pieces import CORNERS
 
@@ -45,6 +45,8 @@ def rest_of_built(built: Sequence[Mesh], hulls: Mapping[str, Floats]) -> dict[st
 
 def _left(solid: Mesh, hulls: Iterable[Floats]) -> Manifold:
     """A solid without convex pieces."""
+    from slicing import solid_of  # its room is loaded only where something is built already
+
     all_of_it: Manifold = solid_of(solid.vertices, solid.faces, solid.name)
     return all_of_it - Manifold.batch_boolean([Manifold.hull_points(points) for points in hulls], OpType.Add)
 
