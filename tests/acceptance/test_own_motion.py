@@ -17,6 +17,7 @@ def test_targets_at_one_place_are_passed_at_one_time(make_case):
     assert own_motion(path) == []
 
 
+@pytest.mark.slow
 def test_where_nothing_comes_near_no_least_clearance_is_told(tmp_path):
     """A wire so long that all else stays away: proofs look further than clearances are known."""
     torch = (

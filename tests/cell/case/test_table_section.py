@@ -105,6 +105,7 @@ def test_a_case_asks_when_it_is_prepared(tmp_path: Path) -> None:
         prepare(case)
 
 
+@pytest.mark.slow
 def test_groups_are_built_in_the_order_of_the_poses() -> None:
     runs = poses(("SV3", None, 0, 10), ("SV1", [0, 1], 5, 0), ("SV2",), ("SV1", [2, 4], 6, 0))
     job = prepare(support(runs))

@@ -125,6 +125,7 @@ def places(links, q, frame=None):
     return x, of
 
 
+@pytest.mark.slow
 def test_no_point_of_the_arm_is_further_off_the_mean_of_the_corners_than_is_said(scenes):
     rng, tight = np.random.default_rng(3), []
     for scene in scenes:

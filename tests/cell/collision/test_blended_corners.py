@@ -197,6 +197,7 @@ def test_a_corner_that_only_its_rounding_brings_too_near_is_reported(
     assert not [f for f in check_motion(sharp.job, outside).findings if f.reason == "collision"]
 
 
+@pytest.mark.slow
 def test_a_travel_is_looked_at_as_it_is_run(make_case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     part = bosses(tmp_path, at(20), turned(at(20), 180), length=100)
     path = make_case(part=part, table={"E1_deg": 60, "E2_deg": 180}, roll={"range_deg": [-90, 0]})

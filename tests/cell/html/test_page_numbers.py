@@ -124,6 +124,7 @@ def test_a_result_without_any_configuration_has_a_page(good: Result) -> None:
     assert np.isnan(lines_of(path, "Least distance")[0]["y"]).all()
 
 
+@pytest.mark.slow
 def test_gathered_samples_keep_the_peaks_and_every_target(good: Result) -> None:
     fine = unpack(page_data(good))["path"]
     assert fine["note"] == ""

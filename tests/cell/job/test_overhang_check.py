@@ -47,6 +47,7 @@ def test_targets_of_a_lip_that_begins_in_the_air(tmp_path, limit):
     assert set(unsupported_targets(job)) == (set() if limit is None else set(over))
 
 
+@pytest.mark.slow
 def test_a_motion_that_welds_what_hangs_is_refused_where_the_case_limits_it(tmp_path):
     free, limited = lip_job(tmp_path, None), lip_job(tmp_path, 1.0, "limited")
     motion = check_fixed(free, 0.0, 90.0).motion

@@ -66,6 +66,7 @@ def test_a_motion_brings_its_order_of_layers(three: cell.Result, tmp_path: Path)
         assert cell.check_motion(job, cell.read_motion(tmp_path / "m.npz", other)).findings == ()
 
 
+@pytest.mark.slow
 def test_a_file_is_judged_as_the_command_judges_it(three: cell.Result, tmp_path: Path) -> None:
     assert three.motion is not None
     cell.write_motion(tmp_path / "m.npz", three.motion)

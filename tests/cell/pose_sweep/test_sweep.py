@@ -298,6 +298,7 @@ def test_a_table_that_moves_along_is_not_swept(make_case, capsys):
     assert main(["sweep", str(path), "--table", "fixed", "--e1", "90", "--e2", "0", "--jobs", "1"]) in (0, 1)
 
 
+@pytest.mark.slow
 def test_of_a_table_that_indexes_the_map_is_of_what_is_built_first(tmp_path):
     poses = [(-90.0, 0.0), (0.0, 0.0), (90.0, 180.0), (90.0, 60.0)]
     case = three_case(tmp_path, checks={"gravity_max_deg": 60})

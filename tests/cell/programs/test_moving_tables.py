@@ -19,6 +19,7 @@ from cell.programs.program import MoveKind
 from cell.verdict.by_table_mode import check
 
 
+@pytest.mark.slow
 def test_a_table_that_moves_along_the_beads_has_its_angles_in_every_point(tmp_path: Path) -> None:
     job = prepare(load_case(boss_case(tmp_path, table={"mode": "coordinated"})))
     result = check(job)

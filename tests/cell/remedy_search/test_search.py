@@ -177,6 +177,7 @@ def test_what_a_changed_case_leaves_open_is_not_called_mended(make_case, monkeyp
     assert search._blame(one, one.steps[0], every, True) == left_open | set(after.failures)
 
 
+@pytest.mark.slow
 def test_nothing_is_made_up_where_nothing_helps(make_case):
     result = check_fixed(prepare(load_case(make_case(**FEW, positioner={"position_mm": [4000, 0, 0]}))), 90, 180)
     (only,) = remedies(result)

@@ -87,6 +87,7 @@ def test_the_page_says_what_the_table_does_and_no_pose(upright: Result) -> None:
     assert "E1 = 0°" not in page
 
 
+@pytest.mark.slow
 def test_an_axis_that_is_too_slow_is_named(tmp_path: Path) -> None:
     job = boss(
         tmp_path, positioner={"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90], "max_speed_deg_s": [100, 3]}

@@ -80,6 +80,7 @@ def test_the_judge_says_the_same_of_the_motion_as_a_file(found: Result, folder: 
     assert again.clearance[0] == pytest.approx(found.clearance.value, rel=0.03, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_found_poses_can_be_pasted_back(found: Result, folder: Path) -> None:
     import yaml
 
@@ -127,6 +128,7 @@ def test_nothing_is_proved_of_poses_that_were_searched(folder: Path, mode: str) 
     assert not any(row.proved for row in result.rows)
 
 
+@pytest.mark.slow
 def test_the_best_fixed_pose_is_found_and_used(tmp_path: Path, make_case) -> None:
     case = load_case(make_case(table={"E1_deg": -90, "E2_deg": 180}))
     given = check_fixed(prepare(case), -90, 180)
@@ -168,6 +170,7 @@ class AtHomeAlone(TurnSearch):
         return super().search(q, a, b, deposits_laid)
 
 
+@pytest.mark.slow
 def test_the_arm_stands_nearer_than_at_home_where_that_is_clear_of_the_turn(
     found: Result, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -263,6 +263,7 @@ def dragged(motion: Motion) -> Motion:
     return replace(motion, q=q)
 
 
+@pytest.mark.slow
 def test_a_wire_that_is_drawn_through_what_was_laid(good: Result, folder: Path) -> None:
     short = job_of(boss_case(folder, "short", process={**DWELL, "retract_mm": 1.0}))
     hits = of(look(short, dragged(good.motion)), "collision")

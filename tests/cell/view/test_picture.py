@@ -59,6 +59,7 @@ def test_a_picture_has_its_size_and_something_on_it(result: Result, view: str) -
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 500
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("gl")
 def test_another_target_is_another_picture(result: Result) -> None:
     first, again, other = (

@@ -42,6 +42,7 @@ def test_a_replay_says_the_line_that_is_run(tmp_path: Path) -> None:
     assert len(seen) > 20
 
 
+@pytest.mark.slow
 def test_what_only_a_program_has_wrong_makes_what_is_shown_infeasible(tmp_path: Path) -> None:
     boss = boss_program()
     result = boss.read(tmp_path, edited(r"CDIS = 1.0000", "CDIS = 10.000"))

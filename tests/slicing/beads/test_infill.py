@@ -102,6 +102,7 @@ def test_beads_lie_on_their_surface_and_in_their_layer(name):
             assert np.abs(layer.surface.distance(middle)).max() < 0.0101
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(8.0, 30.0), st.floats(1.5, 6.0), st.floats(0.0, 0.5), st.floats(0, 180))
 def test_wobbly_regions_with_holes_are_covered(seed, size, width, overlap, angle):
@@ -126,6 +127,7 @@ def test_wobbly_regions_with_holes_are_covered(seed, size, width, overlap, angle
                 assert covered.difference(island.region.buffer(5e-3)).area < 1e-3 * island.region.area
 
 
+@pytest.mark.slow
 def test_charts_keep_lengths_areas_and_places():
     rng = np.random.default_rng(5)
     for name, make in LAYERS.items():

@@ -140,6 +140,7 @@ def test_many_lines_in_a_row_are_laid_to_and_fro():
     assert not any(t for _, t in fixed)
 
 
+@pytest.mark.slow
 def test_contours_come_first_or_last(tube):
     for first in (True, False):
         (laid,) = lay_beads([tube], BeadParameters("contour_parallel", width_mm=2.0, contours_first=first))
@@ -297,6 +298,7 @@ def test_rows_of_travel_stand_between_the_beads(boss):
             assert row[-2] == 0.0
 
 
+@pytest.mark.slow
 def test_a_ring_has_beads_with_every_pattern():
     sliced = slice_sub_volume(ring(19.9, 30, -10, 10), BODY, SlicingParameters("cylindrical"))
     for pattern in ("contour_parallel", "zigzag"):

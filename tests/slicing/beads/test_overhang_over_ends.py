@@ -65,6 +65,7 @@ def test_a_ring_that_comes_back_over_the_end_begins_in_the_air():
     assert "begin with nothing below" in str(lines[0])
 
 
+@pytest.mark.slow
 def test_a_plug_over_the_end_with_nothing_below_the_middle_is_told_of():
     """A pipe on the end that closes: the disc that closes it has its border below, and nothing within."""
     bottle = rod(16, 25, 53) - rod(10, 20, 50)

@@ -45,6 +45,7 @@ def test_hints_that_do_not_fit(boxes, hint, says):
     assert says in refusal(boxes, hint)
 
 
+@pytest.mark.slow
 def test_a_hint_chooses_between_two_bodies():
     tee = cylinder(20, 0, 100) + boss(10, 70, 0, 50, inner=0.0)
     mesh = from_manifold(tee, "tee")

@@ -187,6 +187,7 @@ def test_a_body_of_scattered_triangles():
     assert footprint_area(parts) == pytest.approx(box_section(12, 16, 20.0), rel=5e-5)
 
 
+@pytest.mark.slow
 def test_a_measured_mesh_with_noise():
     mesh = from_manifold(three_boxes(64).refine_to_length(5.0))
     rng = np.random.default_rng(5)

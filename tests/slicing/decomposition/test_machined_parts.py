@@ -81,6 +81,7 @@ def test_rounded_edges_of_an_octagonal_bar_are_doubted_as_sub_volumes(rounded):
     assert [line.code for line in doubts(parts)] == [Code.BODY_RADIUS]
 
 
+@pytest.mark.slow
 def test_nuts_flanges_and_low_pads_are_no_reason_to_doubt_a_shaft():
     nut = Manifold.extrude(CrossSection.circle(26, 6), 20).translate((0, 0, 10))
     flange = Manifold.cube((90, 90, 8), True)

@@ -68,6 +68,7 @@ def test_across_a_step_it_stands_on_the_lesser_radius():
     assert any("stands on a step" in line for line in parts.warnings)
 
 
+@pytest.mark.slow
 def test_a_body_with_a_cone():
     solid = shaft() + cylinder(20, 100, 140, 128, 35) + cylinder(35, 140, 190)
     parts = decompose(from_manifold(solid + boss(5, 45, 90, 30) + boss(5, 55, 0, 120) + boss(5, 55, 0, 165), "part"))

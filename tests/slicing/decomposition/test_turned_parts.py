@@ -179,6 +179,7 @@ def test_fins_longer_than_the_hub(count, length):
     assert layers[0].area_mm2 == pytest.approx(wedge(1.5, 20, 90), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_shoulder_fillet_is_body_however_large_the_rest():
     solid = shoulder() + cylinder(300, 2, 6, 64)
     parts = decompose(mesh_of(solid))

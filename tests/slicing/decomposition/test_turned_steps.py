@@ -104,6 +104,7 @@ def test_a_radius_that_is_told_makes_what_is_wider_a_sub_volume(radius_mm, count
     assert (Code.BODY_STEP in codes(parts)) == (radius_mm == 20.0)
 
 
+@pytest.mark.slow
 def test_a_thread_alone_on_a_bar_is_a_sub_volume_and_told():
     parts = decompose(mesh_of(cylinder(15, 0, 40), helix(6.0, 3, ridge(15, 18, 3.8, 1.5)).translate((0, 0, 10))))
     assert len(parts.sub_volumes) == 1

@@ -295,6 +295,7 @@ def test_a_sheet_with_two_sides_encloses_nothing():
     said(mesh, "dropped 1 shell without volume")
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(st.tuples(*(st.integers(-12, 12) for _ in range(3))), st.tuples(*(st.integers(1, 14) for _ in range(3))))
 def test_shells_that_overlap_are_one_solid(corner, size):

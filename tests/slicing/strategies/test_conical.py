@@ -125,6 +125,7 @@ def test_ring_on_a_cone(half):
     assert area(curves) == pytest.approx(2 * np.pi * middle * 11 * math.hypot(1, cone.slope), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_round_boss_square_to_a_cone_by_quadrature():
     half, b, n = 20.0, 6.0, 480
     cone = Cone(AXIS, 25.0, half)

@@ -157,6 +157,7 @@ def test_corners_that_go_in_stay_sharp():
     assert corner.any()
 
 
+@pytest.mark.slow
 def test_boss_on_an_end_face_is_sliced_by_planes():
     body = RevolvedBody(CAPPED)
     sliced = slice_sub_volume(box((-5, -5, 20), (5, 5, 60)), body, REVOLVED)
@@ -184,6 +185,7 @@ def test_a_side_through_the_axis(turn):
     assert whole.area_mm2 == pytest.approx(0.5 * math.pi * rim * math.hypot(rim, 10), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_cap_on_a_dome():
     body = RevolvedBody(DOME)
     sliced = slice_sub_volume(box((-40, -40, 10), (40, 40, 40)), body, REVOLVED)

@@ -91,6 +91,7 @@ def held(found: list[tuple[str, np.ndarray]]) -> None:
         assert (rows[:, 2:] == right[:, 2:]).all(), name
 
 
+@pytest.mark.slow
 def test_the_part_has_holes_and_several_loops():
     assert len(as_it_is()) == 3 * len(STRATEGIES)  # pin, pipe and block
     pin, pipe, block = (rows[:, 2:].max(axis=0).tolist() for _, rows in as_it_is()[:3])

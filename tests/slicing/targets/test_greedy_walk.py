@@ -64,6 +64,7 @@ def stretches(lines, tolerances) -> PolylineStretches:
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 10_000), st.integers(3, 300), st.floats(0.01, 2.0)), min_size=1, max_size=8),
        st.floats(0.5, 6.0))  # fmt: skip

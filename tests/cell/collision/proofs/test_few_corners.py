@@ -115,6 +115,7 @@ def test_of_flat_shapes_the_rim_is_held_as_well(form, thick):
         assert len(shape.points) == len(cloud) or thick > 1e-7
 
 
+@pytest.mark.slow
 def test_a_shape_is_never_grown_by_more_than_it_may():
     rng = np.random.default_rng(9)
     for form in (shell, ball, grains, bar):

@@ -134,6 +134,7 @@ def test_of_early_layers_only_blocks_are_made_where_late_ones_are_asked_about(mo
     assert len(made) == layers + 4 + 1
 
 
+@pytest.mark.slow
 def test_what_is_held_as_it_is_never_has_many_points():
     every = list(domes(np.random.default_rng(25), 8, MOST_LATER + 1))
     covers, shape_of = covers_of_layers(every)

@@ -206,6 +206,7 @@ def test_something_at_home_is_said_so(good: Result, folder: Path) -> None:
     assert result_of(boss_case(folder, "aside", fixtures=[post], robot={"home_deg": [60, -90, 90, 0, 0, 0]})).feasible
 
 
+@pytest.mark.slow
 def test_a_home_shut_off_from_the_part_has_no_path(folder: Path) -> None:
     walls = [radial(f"wall{a}", (480, 2600), (10, 3200), a) for a in (80, -80)]
     roof = {"name": "roof", "box": {"size_mm": [2600, 2600, 20]}, "position_mm": [-1000, 0, 2000]}

@@ -17,6 +17,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_files_are_those_of_the_command(tmp_path: Path) -> None:
     case = boss_case(tmp_path, roll={"fixed_deg": 20.0}, robot=NEAR_HOME, controller={"program": "KNOB"})
     theirs, ours = tmp_path / "theirs", tmp_path / "ours"
