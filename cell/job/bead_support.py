@@ -22,8 +22,7 @@ from slicing import Code, Targets, Toolpath, Warning, bead_hulls
 
 from ..arrays import Ints, repeat_with_index
 from ..rigid import pose
-from ..scene.absent_shapes import link_of_body
-from ..scene.composition import BodyOwner
+from ..scene.part_contact import carriers_of
 from ..scene.scene import Scene
 from ..units import METRES_PER_MM
 from .wire_in_metal import Metal, Wires
@@ -41,7 +40,6 @@ MEASURED = 4  # places of a bead that are measured
 ROUNDING_MM = 1e-6  # of thicknesses in a file
 LISTED = 6  # beads that get a line of their own
 Bools = NDArray[np.bool_]
-CARRIERS = (BodyOwner.SUPPORT, BodyOwner.POSITIONER, BodyOwner.FIXTURE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,11 +230,7 @@ class _Carriers:
         self.model = scene.model
         self.data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, self.data)
-        table = int(self.model.site_bodyid[scene.sites["table"]])
-        link = link_of_body(self.model, scene.table_joints.tolist())
-        along = link[self.model.geom_bodyid] == link[table]
-        solid = scene.contact_bits.any(axis=0)
-        self.geoms = np.flatnonzero(solid & along & np.isin(scene.piece_of_geom, CARRIERS))
+        self.geoms = carriers_of(scene)
         part = scene.sites["part"]
         self.T_world_part = pose(self.data.site_xpos[part], self.data.site_xmat[part])
 

@@ -44,11 +44,7 @@ def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     names = [model.geom(g).name for g in range(model.ngeom)]
-    solid = scene.contact_bits.any(axis=0)
-    table = int(model.site_bodyid[scene.sites["table"]])
-    link = link_of_body(model, _axes(scene))
-    moves_along = link[model.geom_bodyid] == link[table]
-    carriers = np.flatnonzero(solid & moves_along & np.isin(scene.piece_of_geom, CARRIERS))
+    carriers = carriers_of(scene)
     half_bead = 0.5 * scene.case.beads.width_mm * METRES_PER_MM
     ground = carriers[scene.piece_of_geom[carriers] != BodyOwner.FIXTURE]  # fixtures may stand for more of the part
     for what, of_part, beads in _what_stands(names, shape):
@@ -68,6 +64,21 @@ def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
             where = f"its lower end is {off_mm:.1f} mm above" if off_mm > OFF_MM else "it stands beside"
             text = f"part.position_mm: nothing carries the body: {where} the surface that the part stands on{hint}"
             yield Warning(Code.PART_NOT_ON_SUPPORT, text)
+
+
+def carriers_of(scene: Scene) -> Ints:
+    """Shapes that carry the part: the table's that move along with it, the support, and fixtures on the table.
+
+    Args:
+        scene: the composed cell.
+
+    Returns:
+        Their geoms, (k,).
+    """
+    model = scene.model
+    link = link_of_body(model, _axes(scene))
+    along = link[model.geom_bodyid] == link[int(model.site_bodyid[scene.sites["table"]])]
+    return np.flatnonzero(scene.contact_bits.any(axis=0) & along & np.isin(scene.piece_of_geom, CARRIERS))
 
 
 def sunk(scene: Scene) -> Iterator[Warning]:

@@ -17,6 +17,17 @@ TABLE = """<mujoco><compiler autolimits="true" angle="degree" fitaabb="{fitaabb}
 KINDS = ("box", "capsule", "cylinder", "ellipsoid", "sphere")
 
 
+def both_placed(text: str, make_case, tmp_path) -> tuple[mujoco.MjData, mujoco.MjData]:
+    """A table's model as the cell has it, and compiled from its own file."""
+    (tmp_path / "table.xml").write_text(text, encoding="utf-8")
+    where = {"model": "./table.xml", "position_mm": [0, 0, 0], "rotation_deg": [0, 0, 0]}
+    model, own = prepare(load_case(make_case(positioner=where))).scene.model, mujoco.MjModel.from_xml_string(text)
+    placed = mujoco.MjData(model), mujoco.MjData(own)
+    for data in placed:
+        mujoco.mj_kinematics(data.model, data)
+    return placed
+
+
 @pytest.mark.parametrize("fitaabb", ["false", "true"])
 def test_fitted_shapes_are_as_large_and_where_their_own_file_has_them(fitaabb, make_case, tmp_path):
     rng = np.random.default_rng(4)
@@ -26,12 +37,8 @@ def test_fitted_shapes_are_as_large_and_where_their_own_file_has_them(fitaabb, m
     )
     vertex = " ".join(f"{v:.6f}" for v in (rng.normal(size=(12, 3)) * (0.05, 0.1, 0.2) + 0.1).ravel())
     text = TABLE.format(fitaabb=fitaabb, vertex=vertex, shapes=shapes)
-    (tmp_path / "table.xml").write_text(text, encoding="utf-8")
-    where = {"model": "./table.xml", "position_mm": [0, 0, 0], "rotation_deg": [0, 0, 0]}
-    model, own = prepare(load_case(make_case(positioner=where))).scene.model, mujoco.MjModel.from_xml_string(text)
-    at, mine = mujoco.MjData(own), mujoco.MjData(model)
-    for data in (at, mine):
-        mujoco.mj_kinematics(data.model, data)
+    mine, at = both_placed(text, make_case, tmp_path)
+    model, own = mine.model, at.model
     for kind in KINDS:
         here, there = mine.geom(kind), at.geom(kind)
         assert here.xpos == pytest.approx(there.xpos, abs=1e-9)
@@ -51,12 +58,8 @@ def test_a_shape_is_fitted_once_though_its_body_has_a_class_that_fits(make_case,
         '<body name="stand"', '<body name="stand" childclass="fits"'
     )
     text = text.replace("</frame></body>", f"</frame>{shape}</body>")
-    (tmp_path / "table.xml").write_text(text, encoding="utf-8")
-    where = {"model": "./table.xml", "position_mm": [0, 0, 0], "rotation_deg": [0, 0, 0]}
-    model, own = prepare(load_case(make_case(positioner=where))).scene.model, mujoco.MjModel.from_xml_string(text)
-    at, mine = mujoco.MjData(own), mujoco.MjData(model)
-    for data in (at, mine):
-        mujoco.mj_kinematics(data.model, data)
+    mine, at = both_placed(text, make_case, tmp_path)
+    model, own = mine.model, at.model
     assert model.geom("lug").size == pytest.approx(own.geom("lug").size, abs=1e-9)
     assert mine.geom("lug").xpos == pytest.approx(at.geom("lug").xpos, abs=1e-9)
     assert mine.geom("lug").xmat == pytest.approx(at.geom("lug").xmat, abs=1e-9)

@@ -13,6 +13,7 @@ from cell.case.read import load_case
 from cell.collision.checker import Checker
 from cell.errors import InputError
 from cell.job.job import prepare
+from cell.scene.part_contact import carriers_of
 from slicing.warning import Code
 
 
@@ -62,6 +63,11 @@ def on_a_fixed_table(folder, **sections):
 def test_what_stands_on_a_table_without_axes_is_said_as_well(tmp_path, z_mm, said):
     found = of_code(on_a_fixed_table(tmp_path, part={"position_mm": [0, 0, z_mm]}), Code.PART_NOT_ON_SUPPORT)
     assert [said in line for line in found] == ([] if said is None else [True])
+
+
+def test_a_table_without_axes_carries_the_part_with_its_own_shapes_and_the_support(tmp_path):
+    scene = on_a_fixed_table(tmp_path).scene
+    assert {scene.model.geom(geom).name for geom in carriers_of(scene).tolist()} >= {"plate", "support"}
 
 
 @pytest.mark.parametrize("sunk", [False, True])

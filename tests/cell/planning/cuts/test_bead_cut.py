@@ -8,9 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import trimesh
-import yaml
 from support.jobs.boss_motion import boss_case, job_of
+from support.jobs.walled_boss import walled_boss
 
 from cell.collision.clearances import Clearances
 from cell.job.job import Job
@@ -36,27 +35,7 @@ BEADS = list(pairwise(FIRSTS))
 def walled(tmp_path_factory) -> Callable[[float | None], Job]:
     """A long boss with a wall hanging over its middle, between targets that are far apart; None: without it."""
     folder = tmp_path_factory.mktemp("wall")
-    box = trimesh.creation.box((8.0, 30.0, 90.0))
-    box.apply_translation((-43.0, 0.0, 60.0))
-    box.export(folder / "boss.stl")
-
-    def made(above_mm: float | None) -> Job:
-        content = {
-            "part": {"sub_volumes": ["boss.stl"], "body": {"radius_mm": 40, "z_mm": [0, 120]}},
-            "support": {"radius_mm": 30, "height_mm": 100},
-            "slicing": {"h_layer_mm": 2.2},
-            "beads": {"pattern": "contour"},
-            "positioner": {"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90]},
-            "table": {"E1_deg": 90, "E2_deg": 180},
-        }
-        if above_mm is not None:
-            wall = {"box": {"size_mm": [1000, 10, 800]}, "position_mm": [1500, 310, 397 + above_mm + 400]}
-            content["fixtures"] = [{"name": "wall", **wall}]
-        path = folder / f"{above_mm}.case.yaml"
-        path.write_text(yaml.safe_dump(content), encoding="utf-8")
-        return job_of(path)
-
-    return made
+    return lambda above_mm: walled_boss(folder, above_mm)
 
 
 def context_of(job: Job) -> Context:

@@ -6,9 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trimesh
-import yaml
-from support.jobs.boss_motion import job_of
+from support.jobs.walled_boss import walled_boss
 
 from cell.failure import Failure, Kind
 from cell.planning import infeasible_part
@@ -28,24 +26,7 @@ HARD = (20, 31)  # the bead that only the finest search finds
 @pytest.fixture(scope="module")
 def walled(tmp_path_factory) -> Context:
     """A long boss below a wall."""
-    folder = tmp_path_factory.mktemp("wall")
-    box = trimesh.creation.box((8.0, 30.0, 90.0))
-    box.apply_translation((-43.0, 0.0, 60.0))
-    box.export(folder / "boss.stl")
-    content = {
-        "part": {"sub_volumes": ["boss.stl"], "body": {"radius_mm": 40, "z_mm": [0, 120]}},
-        "support": {"radius_mm": 30, "height_mm": 100},
-        "slicing": {"h_layer_mm": 2.2},
-        "beads": {"pattern": "contour"},
-        "positioner": {"position_mm": [1500, 0, 0], "rotation_deg": [0, 0, -90]},
-        "table": {"E1_deg": 90, "E2_deg": 180},
-        "fixtures": [
-            {"name": "wall", "box": {"size_mm": [1000, 10, 800]}, "position_mm": [1500, 310, 397 + ABOVE_MM + 400]}
-        ],
-    }
-    path = folder / "walled.case.yaml"
-    path.write_text(yaml.safe_dump(content), encoding="utf-8")
-    job = job_of(path)
+    job = walled_boss(tmp_path_factory.mktemp("wall"), ABOVE_MM)
     return Context.of(job, table_angles(job.scene, 90, 180))
 
 
