@@ -231,7 +231,7 @@ def _winds(axis_point: tuple[float, float], points: Floats) -> bool:
 
 
 def _carried_on(surface: Surface, points: Floats, beyond: float) -> Floats:
-    """Points whose hull covers all that is less than ``beyond`` from given ones, across the surface's normal."""
+    """Points whose hull covers all that is less than ``beyond`` from given ones, along the surface and across its normal."""
     if beyond == 0.0:
         return points
     normals = surface.normals(points)
@@ -239,7 +239,14 @@ def _carried_on(surface: Surface, points: Floats, beyond: float) -> Floats:
     around /= np.maximum(np.linalg.norm(around, axis=1), 1e-12)[:, None]
     up = np.cross(normals, around)
     far = np.sqrt(2.0) * beyond  # a square on its corner holds the circle
-    return np.concatenate([points + far * way for way in (around, -around, up, -up)])
+    square = np.concatenate([points + far * way for way in (around, -around, up, -up)])
+    off = surface.distance(square)
+    if np.abs(off).max() <= SIMPLIFY_MM:
+        return square
+    # the surface bends away: an octagon across the normal, and one on the surface, hold the circle between them
+    turns, far = np.arange(8) * np.pi / 4, beyond / np.cos(np.pi / 8)
+    flat = np.concatenate([points + far * (np.cos(t) * around + np.sin(t) * up) for t in turns])
+    return np.concatenate([flat, flat - surface.distance(flat)[:, None] * surface.normals(flat)])
 
 
 def _polygons(layer: Layer, surface: Cylinder | Plane, beyond: float) -> Iterator[Polygon]:
