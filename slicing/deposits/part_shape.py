@@ -231,7 +231,7 @@ def _winds(axis_point: tuple[float, float], points: Floats) -> bool:
 
 
 def _carried_on(surface: Surface, points: Floats, beyond: float) -> Floats:
-    """Points whose hull covers what is less than ``beyond`` from given ones, along the surface and across its normal."""
+    """Points whose hull holds what is less than ``beyond`` from given ones, along the surface and across its normal."""
     if beyond == 0.0:
         return points
     normals = surface.normals(points)
