@@ -15,7 +15,7 @@ air. Layers over the end of a body, where its surface meets the axis, are laid f
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -34,6 +34,7 @@ from .overhang_regions import SIMPLE_MM, one_period, region_of_curves
 ALLOWED = 0.5  # of a bead's width that may stand out
 LEAST_MM2 = 0.5  # smaller areas are not reported
 FINE_MM = 0.5  # spacing of points along what lies below
+DEEP = 0.98  # of the greatest distance from what lies below
 EDGE_MM = 0.05  # points so far beside what stands out count to it: beads run along its border
 SECTION_MM = 0.01  # how true the section of a body is
 
@@ -244,12 +245,25 @@ def _farthest(region: Any, support: Any) -> tuple[float, Floats, Floats]:
     for part in shapely.get_parts(out):
         if part.geom_type == "Polygon" and part.area > 4.0 * LEAST_MM2:  # over a gap the farthest is within
             candidates.append(shapely.get_coordinates(shapely.maximum_inscribed_circle(part, tolerance=0.1))[:1])
+            candidates += _deep_within(part, support)
     points = np.concatenate(candidates)
     shapely.prepare(support)
     away = shapely.distance(shapely.points(points), support)
     k = int(np.argmax(away))
     foot = shapely.get_coordinates(shapely.shortest_line(shapely.Point(points[k]), support))[-1]
     return float(away[k]), points[k], foot
+
+
+def _deep_within(part: Any, support: Any) -> Iterator[Floats]:
+    """Places (n, 2) of a part over a gap that are about as far from what lies below as any, gaps beside it or not."""
+    import shapely
+
+    x0, y0, x1, y1 = part.bounds
+    beside = 0.5 * min(x1 - x0, y1 - y0)
+    for air in shapely.get_parts(shapely.box(x0 - beside, y0 - beside, x1 + beside, y1 + beside).difference(support)):
+        if air.geom_type == "Polygon" and air.area > LEAST_MM2:
+            deep = DEEP * shapely.maximum_inscribed_circle(air, tolerance=0.1).length
+            yield shapely.get_coordinates(air.buffer(-deep).intersection(part).segmentize(FINE_MM))
 
 
 def worst_angle(found: Sequence[Overhang]) -> float | None:

@@ -7,13 +7,14 @@ import math
 import manifold3d
 import numpy as np
 import pytest
+import shapely
 from support.parts.meshes import BODY, box, box_solid, from_manifold, ring
 
 from cell.case.read import load_case
 from cell.job.job import prepare
 from cell.job.overhang_check import past_horizontal, unsupported_targets
 from slicing.beads.lay import lay_beads
-from slicing.beads.overhang import overhangs
+from slicing.beads.overhang import _farthest, overhangs
 from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.warning import Code
@@ -67,6 +68,16 @@ def test_walls_lean_by_the_angle_that_is_found():
         sliced = slice_sub_volume(mesh, BODY, SlicingParameters("planar", 1.0, 1.0, 1.0))
         found = overhangs(sliced, 2.5)[5:-1]
         assert [one.angle_deg for one in found] == pytest.approx([lean] * len(found), abs=0.5)
+
+
+def test_a_roof_beside_gaps_of_its_own_is_measured_where_it_is_farthest_from_what_lies_below():
+    # over a hole 9.6 mm wide a roof as wide as two slots along it leave; across them it is 4.8 mm to the hole's sides
+    plate, hole = shapely.box(-10, -20, 10, 20), shapely.box(-4.8, -11.1, 4.8, 11.1)
+    for side in (-4.0, 4.0):
+        roof = shapely.box(-4.0 + 0.1 * side, -11.1, 4.0 + 0.1 * side, 11.1)
+        far, at, _ = _farthest(plate.difference(hole).union(roof), plate.difference(hole))
+        assert far == pytest.approx(4.8, abs=0.15)
+        assert abs(at[1]) < 11.1 - 4.6
 
 
 def test_straight_bosses_and_rings_stand_out_nowhere():
