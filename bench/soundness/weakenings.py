@@ -17,6 +17,7 @@ SHEETS = "cell/collision/test_blend_sheets.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
 STRAIGHT, METAL = "cell/planning/travels/test_straight_travels.py", "cell/job/test_wire_in_metal.py"
 HOME = "cell/planning/travels/test_home.py"
+STICK_OUT = "cell/collision/test_stick_out.py"
 COVERS = "cell/collision/proofs/test_laid_covers.py"
 CORNERS = "cell/collision/proofs/test_few_corners.py"
 GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
@@ -477,4 +478,14 @@ MUTANTS = (
     Mutant("cell/processes/worker_pool.py", "if worker.shared != self._number and", "if worker.shared == 0 and", (CREW,)),
     Mutant("cell/processes/worker_pool.py", "            if one.unfinished:\n", "            if False:\n", (CREW,)),
     Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),
+    Mutant("cell/planning/travels/straight_travels.py", "path.low[across] - beyond, path.kept[across] - beyond", "path.low[across] - 0.5 * beyond, path.kept[across] - 0.5 * beyond", (STRAIGHT,)),
+    Mutant("cell/collision/stick_out.py", " + wire.ball + wire.disc", "", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", ".max()) + wire.ball", ".min()) + wire.ball", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", "return max(_beyond(", "return min(_beyond(", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", "axis=1) - shape.ball, 0.0)", "axis=1) - 2 * shape.ball, 0.0)", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", "np.minimum(1.0, shape.disc", "np.minimum(1.0, 2 * shape.disc", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", "np.isin(model.geom_type, EXACT) & ", "", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", " if (meets[geom] & met[part]).all()]", "]", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", " if not any(left_out(model, geom, int(part[k])) for k in first)]", "]", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", " or not scene.tool_geom[wires].all():", ":", (STICK_OUT,)),
 )  # fmt: skip
