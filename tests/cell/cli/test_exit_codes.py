@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -128,6 +129,31 @@ def test_a_signal_leaves_nothing_half_written(
     assert list(tmp_path.iterdir()) == []
     assert capsys.readouterr().err.count("\n") == 1
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+INTERRUPTING = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests run behind a shell
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupting())
+sys.argv = ["rbam", "slice", "no.stl"]
+"""
+AS_A_MODULE = "import runpy; runpy.run_module('cell', run_name='__main__', alter_sys=True)"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+@pytest.mark.parametrize(
+    ("module", "as_module"), [("cell.cli.main", False), ("multiprocessing", True), ("cell.cli.slice_command", False)]
+)
+def test_ctrl_c_while_the_program_is_imported_is_one_line(module: str, as_module: bool) -> None:
+    script = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]["rbam"].split(":")
+    start = AS_A_MODULE if as_module else "from {} import {} as begin; sys.exit(begin())".format(*script)
+    program = INTERRUPTING.format(module=module) + start
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "rbam: interrupted\n")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="closed streams are the shell's")
