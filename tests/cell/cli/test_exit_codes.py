@@ -19,9 +19,10 @@ from support.paths import ROOT
 from cell.atomic_files import beside
 from cell.cli import main as cli
 from cell.cli.main import main
-from cell.errors import WorkerKilledError
+from cell.errors import InputError, WorkerKilledError
 from cell.printable import printable
 from cell.streams import Stream
+from cell.termination import Terminated
 
 
 class Gone(io.StringIO):
@@ -129,6 +130,29 @@ def test_a_signal_leaves_nothing_half_written(
     assert list(tmp_path.iterdir()) == []
     assert capsys.readouterr().err.count("\n") == 1
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+@pytest.mark.parametrize(("ended", "code"), [(KeyboardInterrupt(), 130), (Terminated(15), 143)])
+@pytest.mark.parametrize("error", [ImportError("initialization failed"), InputError("MUJOCO_GL=egl: cannot draw")])
+def test_a_signal_is_no_error_whatever_a_library_makes_of_it(
+    error: Exception,
+    ended: BaseException,
+    code: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(_: object) -> int:
+        try:
+            try:
+                raise ended
+            except BaseException as first:  # as pybind11 does where a signal comes while a module is imported
+                raise ImportError("initialization failed") from first
+        except ImportError:
+            raise error from None
+
+    monkeypatch.setitem(cli.COMMANDS, "check", fail)
+    assert main(["check"]) == code
+    assert capsys.readouterr().err in ("rbam: interrupted\n", "rbam: terminated\n")
 
 
 INTERRUPTING = """
