@@ -43,6 +43,7 @@ def test_every_pose_has_the_verdict_of_a_single_check(make_case):
     for pose, row in zip(POSES, sweep(case, POSES, processes=1), strict=True):
         result = check_fixed(job, *pose)
         assert (row["verdict"] == "feasible") == result.feasible
+        assert row["looked_at"] + row["not_looked_at"] == len(job.targets)
         if row["searched"]:
             assert row["infeasible"] == result.infeasible
             assert row["reasons"] == result.reasons
