@@ -1,5 +1,6 @@
 """Verdicts: feasible motions hold under plain MuJoCo, infeasible ones carry the right reason."""
 
+from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -11,7 +12,8 @@ from cell.case.read import load_case
 from cell.failure import Failure, FailurePlace, Kind, Where
 from cell.job.job import prepare
 from cell.scene.standalone import standalone_xml
-from cell.verdict.check import _rows, check_fixed
+from cell.verdict.check import SpanVerdict, _rows, check_fixed
+from cell.verdict.result import TargetVerdict
 
 
 def run(path, e1=None, e2=None):
@@ -182,9 +184,24 @@ def test_a_margin_nothing_can_keep_is_singular(make_case):
 
 def test_a_gravity_limit_is_its_own_reason(make_case):
     upright = run(make_case("a", checks={"gravity_max_deg": 60}))
-    tilted = run(make_case("b", checks={"gravity_max_deg": 10}, table={"E1_deg": 0, "E2_deg": 180}))
+    steep = run(make_case("b", checks={"gravity_max_deg": 10}))  # the same motion, which no limit of the arm stops
     assert upright.feasible
-    assert reasons(tilted) == {"gravity"}
+    assert reasons(steep) == {"gravity"}
+    assert not steep.feasible
+    assert steep.motion is None
+
+
+@pytest.mark.parametrize(
+    "lost", [TargetVerdict(Failure(Kind.GRAVITY), None), TargetVerdict(None, None, looked_at=False)]
+)
+def test_no_motion_is_made_of_targets_that_are_not_feasible(lost, little):
+    whole = SpanVerdict(little.rows, little.motion)
+    assert whole.motion is little.motion
+    with pytest.raises(RuntimeError, match="1 targets"):
+        SpanVerdict((*little.rows[:-1], lost), little.motion)
+    with pytest.raises(RuntimeError, match="1 targets"):
+        replace(whole, rows=(*little.rows[1:], lost))
+    assert replace(whole, rows=(*little.rows[1:], lost), motion=None).motion is None
 
 
 def test_a_bead_too_fast_for_the_joints_is_speed(make_case):
