@@ -6,11 +6,10 @@ import sys
 from types import FrameType
 
 
-def main() -> int:
+def begin() -> int:
     """Import the command line and run it; exit code 130 where Ctrl-C comes before it runs."""
-    ours = (
-        signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    )  # it may be ignored, as by what runs behind a shell
+    # otherwise it is ignored, as by what a script runs in the background
+    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if ours:
         signal.signal(signal.SIGINT, _end_at_once)
     from .cli.main import main as command
@@ -29,4 +28,4 @@ def _end_at_once(*_: int | FrameType | None) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(begin())

@@ -11,7 +11,9 @@ import pytest
 from cell.case.read import load_case
 from cell.failure import Failure, FailurePlace, Kind, Where
 from cell.job.job import prepare
+from cell.part_chunks.chunked_run import run_in_chunks
 from cell.scene.standalone import standalone_xml
+from cell.verdict import check as check_module
 from cell.verdict.check import SpanVerdict, _rows, check_fixed
 from cell.verdict.result import TargetVerdict
 
@@ -189,6 +191,19 @@ def test_a_gravity_limit_is_its_own_reason(make_case):
     assert reasons(steep) == {"gravity"}
     assert not steep.feasible
     assert steep.motion is None
+
+
+def test_what_is_wrong_with_a_motion_as_it_is_run_is_wrong_with_its_target(little, monkeypatch):
+    hit = Failure(Kind.COLLISION, 1e-3, 5e-3, place=FailurePlace(Where.TRAVEL, from_target=2, to_target=3))
+
+    def run_to_a_hit(*args):
+        return replace(run_in_chunks(*args), failures={3: hit})
+
+    monkeypatch.setattr(check_module, "run_in_chunks", run_to_a_hit)
+    found = check_fixed(little.job, *little.asked)
+    assert not found.feasible
+    assert found.motion is None
+    assert {i: failure.kind for i, failure in found.failures.items()} == {3: Kind.COLLISION}
 
 
 @pytest.mark.parametrize(
