@@ -38,6 +38,7 @@ BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_m
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 VERDICTS = "cell/verdict/test_check.py"
+COORDINATED = "cell/verdict/test_coordinated.py"
 BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
 PROMISED = "acceptance/test_promised_numbers.py"
@@ -343,6 +344,12 @@ MUTANTS = (
     Mutant("cell/programs/round_trip.py", "if pair[0][:2] != pair[1][:2] or", "if", ("cell/programs/test_export.py",)),
     Mutant("cell/verdict/check.py", "if plan.whole and not aside:", "if plan.whole:", (VERDICTS,)),
     Mutant("cell/verdict/check.py", "motion=None if run is None or run.failures else run.motion", "motion=None if run is None else run.motion", (VERDICTS,)),
+    Mutant("cell/verdict/check.py", "{**job.wires_in_metal, **unsupported_targets(job)}", "{**job.wires_in_metal}", (VERDICTS,)),
+    Mutant("cell/verdict/coordinated.py", "        rows = _with_table_met(job, found.motion, rows)\n", "        pass\n", (COORDINATED,)),
+    Mutant("cell/verdict/coordinated.py", "(*table_collisions(job, way, laid), *rounded)", "(*rounded,)", (COORDINATED,)),
+    Mutant("cell/verdict/coordinated.py", "(*table_collisions(job, way, laid), *rounded)", "(*table_collisions(job, way, laid),)", (COORDINATED,)),
+    Mutant("cell/verdict/coordinated.py", "np.flatnonzero(trial.way.off > limit)", "np.flatnonzero(trial.way.off > 2 * limit)", (COORDINATED,)),
+    Mutant("cell/verdict/coordinated.py", "if trial.blocked:", "if False:", (COORDINATED,)),
     Mutant("cell/verdict/check.py", "if self.motion is not None else []", "if False else []", (VERDICTS,)),
     Mutant("cell/pose_sweep/variants.py", ' or row.get("not_looked_at", 0) > 0', "", ("cell/report/test_not_looked_at.py",)),
     Mutant("cell/verdict/by_table_mode.py", 'if mode != "fixed":', "if False:", (BY_MODE,)),

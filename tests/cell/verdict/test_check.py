@@ -193,6 +193,13 @@ def test_a_gravity_limit_is_its_own_reason(make_case):
     assert steep.motion is None
 
 
+def test_what_overhangs_too_far_is_wrong_with_a_part_that_the_arm_can_weld(little, monkeypatch):
+    monkeypatch.setattr(check_module, "unsupported_targets", lambda job: {2: Failure(Kind.OVERHANG, 4.0, 2.0)})
+    found = check_fixed(little.job, *little.asked)
+    assert not found.feasible
+    assert {i: failure.kind for i, failure in found.failures.items()} == {2: Kind.OVERHANG}
+
+
 def test_what_is_wrong_with_a_motion_as_it_is_run_is_wrong_with_its_target(little, monkeypatch):
     hit = Failure(Kind.COLLISION, 1e-3, 5e-3, place=FailurePlace(Where.TRAVEL, from_target=2, to_target=3))
 
