@@ -39,6 +39,7 @@ EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
 VERDICTS = "cell/verdict/test_check.py"
 COORDINATED = "cell/verdict/test_coordinated.py"
+INDEXED = "cell/verdict/test_indexed.py"
 BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
 PROMISED = "acceptance/test_promised_numbers.py"
@@ -349,6 +350,8 @@ MUTANTS = (
     Mutant("cell/verdict/coordinated.py", "(*table_collisions(job, way, laid), *rounded)", "(*rounded,)", (COORDINATED,)),
     Mutant("cell/verdict/coordinated.py", "(*table_collisions(job, way, laid), *rounded)", "(*table_collisions(job, way, laid),)", (COORDINATED,)),
     Mutant("cell/verdict/coordinated.py", "np.flatnonzero(trial.way.off > limit)", "np.flatnonzero(trial.way.off > 2 * limit)", (COORDINATED,)),
+    Mutant("cell/verdict/indexed.py", "        if why is not None:\n            found = _not_turned", "        if False:\n            found = _not_turned", (INDEXED,)),
+    Mutant("cell/verdict/indexed.py", "found.append(LeastValue(float(nearest", "str(LeastValue(float(nearest", (INDEXED,)),
     Mutant("cell/verdict/coordinated.py", "if trial.blocked:", "if False:", (COORDINATED,)),
     Mutant("cell/verdict/check.py", "if self.motion is not None else []", "if False else []", (VERDICTS,)),
     Mutant("cell/pose_sweep/variants.py", ' or row.get("not_looked_at", 0) > 0', "", ("cell/report/test_not_looked_at.py",)),
