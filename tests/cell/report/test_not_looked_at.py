@@ -17,9 +17,10 @@ from cell.job.job import prepare
 from cell.planning import infeasible_part
 from cell.pose_sweep.grid import Pose
 from cell.pose_sweep.ranking import sweep_document
-from cell.pose_sweep.sweep import pose_outcome
+from cell.pose_sweep.sweep import _hopeless, pose_outcome
 from cell.remedy_search.search import remedies
 from cell.report.sweep_lines import sweep_lines
+from cell.table_poses.hopeless_poses import Screened
 from cell.verdict.check import check_fixed
 from cell.verdict.result import NOT_LOOKED_AT
 from cell.verdict.severity import worst_first
@@ -64,6 +65,12 @@ def test_a_sweep_says_that_a_count_is_of_those_checked(case):
     whole = {**row, "not_looked_at": 0}
     said = [str(line) for line in sweep_lines(sweep_document(job.case, [whole]))]
     assert not any("+" in line for line in said)
+
+
+def test_a_pose_that_is_settled_early_says_of_how_many_targets(case):
+    job = prepare(load_case(case))
+    row = _hopeless(job, Pose(90, 180), Screened(7, 9, {"collision": 7}))
+    assert (row["infeasible"], row["looked_at"], row["not_looked_at"]) == (7, 9, len(job.targets) - 9)
 
 
 def test_all_looks_at_every_one(case, tmp_path):

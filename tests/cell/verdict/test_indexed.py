@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -98,13 +99,21 @@ def test_a_part_whose_table_cannot_turn_in_between_is_infeasible(
 
 def test_the_least_clearance_is_that_of_the_turns_too(found: Result, monkeypatch: pytest.MonkeyPatch) -> None:
     near = SimpleNamespace(distance=np.array([1e-3]), pair=np.array([[0, 1]]))
-    monkeypatch.setattr("cell.verdict.indexed.least_between_samples", lambda *_: (None, near))
+    laid = []
+
+    def least(*given: Any) -> Any:
+        laid.append(set(given[3].tolist()))
+        return None, near
+
+    monkeypatch.setattr("cell.verdict.indexed.least_between_samples", least)
     poses = [pose.document() for pose in found.poses]
     result = check(prepare(with_table(found.job.case, {"mode": "indexed", "poses": poses})))
     assert result.feasible
     assert found.clearance is not None
     assert result.clearance is not None
     assert result.clearance.value == 1e-3 < found.clearance.value
+    # with all that is laid before
+    assert laid == [{int(result.job.deposits_before[pose.first])} for pose in result.poses[1:]]
 
 
 @pytest.mark.slow
