@@ -24,7 +24,7 @@ from .streams import reason
 NO_FILES = ("/dev/", "/proc/")  # of the system: devices, and links to what is open
 STEM = 60  # characters of a name that an unfinished file carries
 STDOUT = "-"
-JSON_OPTION, PICTURE_OPTION = "--json", "--picture"
+JSON_OPTION = "--json"
 
 _unfinished: set[str] = set()  # files that are being written
 
@@ -74,7 +74,7 @@ def check_outputs(outputs: Mapping[str, str | None], inputs: Iterable[str | Path
 
     Raises:
         InputError: an output is no place to write to, is one of the inputs or names the same file as another output,
-            by whatever name or link, or is of a kind that is not written; one line.
+            by whatever name or link; one line.
     """
     taken: dict[object, str] = {}
     for option, path in outputs.items():
@@ -90,9 +90,6 @@ def check_outputs(outputs: Mapping[str, str | None], inputs: Iterable[str | Path
         found = taken.get(_identity(name))
         if found is not None:
             raise InputError(f"{found}: {outputs[found]} is read by this run ({name}); give another file")
-    picture = outputs.get(PICTURE_OPTION)
-    if picture is not None and not picture.lower().endswith(".png"):
-        raise InputError(f"{PICTURE_OPTION}: {picture}: a picture is a .png")
 
 
 def _identity(path: str | Path) -> object:

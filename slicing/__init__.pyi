@@ -38,7 +38,9 @@ from .paper.indices import indices as indices
 from .paper.scores import ZERO_RAD as ZERO_RAD
 from .paper.scores import Scores as Scores
 from .paper.scores import scores_of as scores_of
+from .parameters import UNITS_MM as UNITS_MM
 from .parameters import BeadParameters as BeadParameters
+from .parameters import LengthUnit as LengthUnit
 from .parameters import SeamPlace as SeamPlace
 from .parameters import SlicingParameters as SlicingParameters
 from .parameters import Strategy as Strategy
@@ -73,6 +75,7 @@ __all__ = [
     "BODY_NAME",
     "NO_ENDS",
     "STRATEGIES",
+    "UNITS_MM",
     "WRONG_LAYER",
     "ZERO_RAD",
     "BeadParameters",
@@ -86,6 +89,7 @@ __all__ = [
     "Evidence",
     "Indices",
     "LaidSubVolume",
+    "LengthUnit",
     "Meaning",
     "Mesh",
     "Overhang",

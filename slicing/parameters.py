@@ -27,6 +27,9 @@ LayerNumber = Annotated[int, Ge(0), Le(1_000_000)]
 Strategy = Literal["planar", "cylindrical", "nonuniform", "conical", "revolved"]
 Pattern = Literal["contour", "contour_parallel", "zigzag"]
 
+LengthUnit = Literal["mm", "cm", "m", "inch"]  # of a mesh file
+UNITS_MM: dict[str, float] = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}  # how many mm each is
+
 
 @documented
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ SHEETS = "cell/collision/test_blend_sheets.py"
 ROUNDED, TIMES = "cell/collision/test_blended_corners.py", "cell/timing/test_time_law.py"
 STRAIGHT, METAL = "cell/planning/travels/test_straight_travels.py", "cell/job/test_wire_in_metal.py"
 HOME = "cell/planning/travels/test_home.py"
+STICK_OUT = "cell/collision/test_stick_out.py"
 COVERS = "cell/collision/proofs/test_laid_covers.py"
 CORNERS = "cell/collision/proofs/test_few_corners.py"
 GROUPS, PLANES = "cell/collision/test_pair_groups.py", "cell/collision/proofs/test_plane_proofs.py"
@@ -87,7 +88,10 @@ MUTANTS = (
     Mutant("cell/scene/workpiece.py", 'body.add_site(default=world.default, name="part"', 'body.add_site(name="part"', (AS_WRITTEN,)),
     Mutant("cell/scene/workpiece.py", '        "default": world.default,\n        "name": fixture.name,', '        "name": fixture.name,', (AS_WRITTEN,)),
     Mutant("cell/mjcf/held_joints.py", "c = element.compiler", "c = spec.compiler", (AS_WRITTEN,)),
-    Mutant("cell/mjcf/asset_files.py", "[-1] if spec.strippath else file", "[-1] if False else file", (AS_WRITTEN,)),
+    Mutant("cell/case/files.py", "[-1] if spec.strippath else file", "[-1] if False else file", (AS_WRITTEN,)),
+    # a mesh that manifold3d refuses would count as an empty solid, of which no layer's area is compared
+    Mutant("slicing/mesh/manifold.py", "solid.status() != manifold3d.Error.NoError", "False", ("slicing/mesh/test_manifold.py",)),
+    Mutant("slicing/layers/body_ends.py", "[inner - SHOULDER_MM, inner + SHOULDER_MM]", "[inner]", ("slicing/layers/test_body_ends.py",)),
     Mutant("cell/mjcf/fitted_shapes.py", 'made.meshname, made.fromto = "", np.full(6, np.nan)', "pass", ("cell/mjcf/test_fitted_shapes.py",)),
     Mutant("cell/scene/contacts.py", "apart >= 2 or not self._neighbours(outer, inner, self.weld_of_model)", "apart >= 2", ("cell/scene/test_two_joints_in_one_body.py",)),
     Mutant("cell/scene/equipment.py", "if len(child.worldbody.geoms) or own_origin:", "if len(child.worldbody.geoms):", ("cell/scene/test_compose.py",)),
@@ -487,4 +491,14 @@ MUTANTS = (
     Mutant("cell/processes/worker_pool.py", "if worker.shared != self._number and", "if worker.shared == 0 and", (CREW,)),
     Mutant("cell/processes/worker_pool.py", "            if one.unfinished:\n", "            if False:\n", (CREW,)),
     Mutant("cell/pose_sweep/log.py", "return row if row_line(row) == line else None", "return row", ("cell/pose_sweep/test_log.py",)),
+    Mutant("cell/planning/travels/straight_travels.py", "path.low[across] - beyond, path.kept[across] - beyond", "path.low[across] - 0.5 * beyond, path.kept[across] - 0.5 * beyond", (STRAIGHT,)),
+    Mutant("cell/collision/stick_out.py", " + wire.ball + wire.disc", "", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", ".max()) + wire.ball", ".min()) + wire.ball", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", "return max(_beyond(", "return min(_beyond(", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", "axis=1) - shape.ball, 0.0)", "axis=1) - 2 * shape.ball, 0.0)", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", "np.minimum(1.0, shape.disc", "np.minimum(1.0, 2 * shape.disc", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", "np.isin(model.geom_type, EXACT) & ", "", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", " if (meets[geom] & met[part]).all()]", "]", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", " if not any(left_out(model, geom, int(part[k])) for k in first)]", "]", (STICK_OUT,)),
+    Mutant("cell/collision/stick_out.py", " or not scene.tool_geom[wires].all():", ":", (STICK_OUT,)),
 )  # fmt: skip

@@ -11,7 +11,21 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from .fields import Angle, Angles3, AxisRate, ControllerFrame, Coordinate, FileName, Length, Name, Section, Vec3
+from slicing import LengthUnit
+
+from .fields import (
+    Angle,
+    Angles3,
+    AxisRate,
+    ControllerFrame,
+    Coordinate,
+    FileName,
+    Length,
+    Name,
+    Section,
+    Vec3,
+    require_size,
+)
 
 NO_TABLE = "none"  # as positioner.model: the part stands still, on nothing that is modelled
 
@@ -146,12 +160,22 @@ class Box(Section):
 
     size_mm: tuple[Length, Length, Length] = Field(description="lengths along x, y, z")
 
+    @model_validator(mode="after")
+    def _in_mm(self) -> Box:
+        require_size(*self.size_mm)
+        return self
+
 
 class CylinderFixture(Section):
     """An upright cylinder fixture."""
 
     radius_mm: Length = Field(description="radius of the cylinder")
     height_mm: Length = Field(description="height along z")
+
+    @model_validator(mode="after")
+    def _in_mm(self) -> CylinderFixture:
+        require_size(2 * self.radius_mm, self.height_mm)
+        return self
 
 
 class Fixture(Section):
@@ -161,7 +185,7 @@ class Fixture(Section):
     box: Box | None = None
     cylinder: CylinderFixture | None = None
     mesh: FileName | None = Field(None, description="file of closed meshes: STL, OBJ, PLY, OFF, GLB or 3MF")
-    units: Literal["mm", "cm", "m", "inch"] = Field("mm", description="unit of the mesh")
+    units: LengthUnit = Field("mm", description="unit of the mesh")
     position_mm: Vec3 = Field((0.0, 0.0, 0.0), description="position of its centre (of a mesh: of the mesh's origin)")
     rotation_deg: Angles3 = Field((0.0, 0.0, 0.0), description="rotation about x, y, z, in this order")
     on: Literal["floor", "table"] = Field(

@@ -32,6 +32,7 @@ Coordinate = Annotated[float, number_within(-1e5, 1e5)]  # mm; 100 m
 LARGEST_ANGLE_DEG = 3600
 Angle = Annotated[float, number_within(-LARGEST_ANGLE_DEG, LARGEST_ANGLE_DEG)]  # deg
 Length = Annotated[float, number_within(0.001, 1e5)]  # mm, of something that is there
+LEAST_SIZE_MM = 1.0  # of what stands in the cell: anything smaller was given in metres
 LayerHeight = Annotated[float, number_within(0.01, 1000)]  # mm
 BeadWidth = Annotated[float, number_within(0.05, 1000)]  # mm
 Distance = Annotated[float, number_within(0, 1000)]  # mm
@@ -46,6 +47,19 @@ Vec2 = tuple[Coordinate, Coordinate]
 Vec3 = tuple[Coordinate, Coordinate, Coordinate]
 Angles3 = tuple[Angle, Angle, Angle]
 ControllerFrame = tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle]  # X Y Z A B C
+
+
+def require_size(*lengths_mm: float) -> None:
+    """Refuse something that is less than a millimetre large in every direction: its lengths are likely in metres.
+
+    Args:
+        lengths_mm: how large it is in each direction, mm.
+
+    Raises:
+        ValueError: all of them are less.
+    """
+    if max(lengths_mm) < LEAST_SIZE_MM:
+        raise ValueError(f"is at most {max(lengths_mm):g} mm large; lengths are in mm, not in m")
 
 
 def _no_control(text: str) -> str:

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from slicing import BeadParameters, Meaning, SlicingParameters
+from slicing import BeadParameters, LengthUnit, Meaning, SlicingParameters
 
 from .fields import (
     MOST_LIST,
@@ -26,6 +26,7 @@ from .fields import (
     Vec3,
     asked,
     number_within,
+    require_size,
 )
 
 NO_PART = "none"  # as part: nothing is built
@@ -103,7 +104,7 @@ class Part(Section):
         description="names of the sub-volumes that are built already; they stand in the cell from the start",
     )
     body: BodySection | None = Field(None, description="the round body that the sub-volumes stand on")
-    units: Literal["mm", "cm", "m", "inch"] = Field("mm", description="unit of the part's meshes")
+    units: LengthUnit = Field("mm", description="unit of the part's meshes")
     position_mm: Vec3 = Field(
         (0.0, 0.0, 0.0), description="position of the part's frame on the support, or on the faceplate without one"
     )
@@ -115,6 +116,11 @@ class Support(Section):
 
     radius_mm: Length = Field(description="radius of the cylinder")
     height_mm: Length = Field(description="height of the part above the faceplate")
+
+    @model_validator(mode="after")
+    def _in_mm(self) -> Support:
+        require_size(2 * self.radius_mm, self.height_mm)
+        return self
 
 
 @asked

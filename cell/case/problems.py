@@ -8,16 +8,19 @@ Use:
 from __future__ import annotations
 
 import difflib
+import re
 import reprlib
 from typing import Any, get_origin
 
 from annotated_types import Ge, Le
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 
 from .fields import is_section, keys_of
 from .sections import Case
 
+NUMBER_WITH_UNIT = re.compile(r"(?P<number>[+-]?\d+([.,]\d+)?)\s*(?P<unit>[a-zA-Z°\"/²]*)")
 UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
 
 
@@ -33,6 +36,8 @@ def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
         known = _keys_at(where[:-1])
         if deeper := _within(_section_at(where[:-1]), where[-1]) or _of_torch(where, known):
             return f"{key}: unknown key; did you mean {'.'.join([*where[:-1], *deeper])}?"
+        if ":" in where[-1]:
+            return f"{key}: unknown key; a blank is needed after the colon"
         near = difflib.get_close_matches(where[-1], known, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
         return f"{key}: unknown key; {hint}"
@@ -40,12 +45,26 @@ def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
         return f"{key}: missing"
     value = problem["input"]
     message = _IN_WORDS.get(problem["type"], problem["msg"].removeprefix("Value error, "))
+    message = message.replace("Input should be", "must be")
     if problem["type"] in ("greater_than_equal", "less_than_equal"):
         message = _range_in_words(where, problem["ctx"]) or message
     if key == "roll" and problem["type"] == "literal_error":
         message = "must be free, {fixed_deg: -60} or {range_deg: [-90, 90]}, with angles of your own"
-    shown = "" if isinstance(value, dict) and value == content else f" (is {excerpt(value)})"
-    return f"{key}: {message[:1].lower() + message[1:]}{shown}"
+    # a rule of several keys says their values itself
+    says_values = isinstance(value, dict) and (value == content or problem["type"] == "value_error")
+    shown = "" if says_values else f" (is {excerpt(value)})"
+    return f"{key}: {message[:1].lower() + message[1:]}{_plain_number(problem)}{shown}"
+
+
+def _plain_number(problem: ErrorDetails) -> str:
+    """How to write what was meant for a number: 2,5 and 25mm are texts."""
+    if problem["type"] != "float_parsing":
+        return ""
+    number = NUMBER_WITH_UNIT.fullmatch(str(problem["input"]).strip())
+    if number is None:
+        return ""
+    unit = "" if not number["unit"] else " without the unit"
+    return f": write {number['number'].replace(',', '.')}{unit}"
 
 
 _IN_WORDS = {

@@ -30,6 +30,10 @@ MOST_BYTES = 2**22  # of a case file
 YAML_IN_WORDS = {
     "cannot start any token": "a tab, @, % or ` begins a word here; indent with blanks, and put such texts in quotes",
     "hexdecimal number": "a backslash in double quotes; write paths with / or in single quotes",
+    "did not find expected ',' or": "a comma is missing, or a { or [ that is opened before is not closed",
+    "did not find expected key": "a line is indented otherwise than those of its section, or a text needs quotes",
+    "did not find expected '-' indicator": "a line of a list that does not begin with -",
+    "mapping values are not allowed": "a second : in a line; put texts that have one in quotes",
     "unknown escape character": "a backslash in double quotes; write paths with / or in single quotes",
 }
 MESHES = (".stl", ".obj", ".ply", ".off", ".3mf", ".glb", ".gltf", ".step", ".stp")
@@ -71,7 +75,8 @@ def _read(path: Path, read: list[Path]) -> object:
         )
         raise InputError(f"{path}: no such file{named}") from None
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: cannot be read as text ({error})") from None
+        line = raw[: error.start].count(b"\n") + 1
+        raise InputError(f"{path}, line {line}: not UTF-8 text; save the file as UTF-8") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     read.append(path)

@@ -68,6 +68,8 @@ class Loader(_Base):
                     continue
                 if key.value in seen:
                     problem = f"the key {key.value[:40]!r} is given twice"
+                    if key.value.strip().lstrip("+-").replace(".", "").isdigit():
+                        problem += "; numbers of a list stand in [ ]"
                     raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
                 seen.add(key.value)
         found: dict[Hashable, Any] = super().construct_mapping(node, deep)

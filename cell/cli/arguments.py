@@ -9,6 +9,7 @@ Use:
 from __future__ import annotations
 
 import argparse
+import difflib
 import sys
 from typing import Any, NoReturn
 
@@ -54,6 +55,16 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and where help is."""
         self.exit(BAD_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """As argparse does, but a command refuses an option that it does not have, and names the one that is meant."""
+        found, rest = super().parse_known_args(args, namespace)
+        unknown = next((one.split("=")[0] for one in rest if one.startswith("--")), None)
+        if unknown is not None and self.get_default("command"):
+            known = [name for action in self._actions for name in action.option_strings]
+            near = difflib.get_close_matches(unknown.lower(), known, n=1)
+            self.error(f"no option {unknown}{f'; did you mean {near[0]}?' if near else ''}")
+        return found, rest
 
 
 class _Version(argparse.Action):

@@ -16,6 +16,8 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from ..case.sections import Case
 
+PICTURE = "--picture"
+
 
 def load(args: argparse.Namespace) -> Case:
     """The case that a command is given, with its table and roll as the options ask for them.
@@ -73,6 +75,8 @@ def roll_argument(text: str) -> Any:
 def refuse_outputs(args: argparse.Namespace, case: Case | None, *names: str, reads: Sequence[str | None] = ()) -> None:
     """Refuse outputs that cannot be written or are inputs of the run, before the work rather than after it.
 
+    A picture has to be a .png.
+
     Args:
         args: of the command.
         case: whose files are inputs; None where there is none.
@@ -89,3 +93,6 @@ def refuse_outputs(args: argparse.Namespace, case: Case | None, *names: str, rea
 
     inputs = () if case is None else case_files(case)
     check_outputs(outputs, [*inputs, *(path for path in reads if path is not None)])
+    picture = outputs.get(PICTURE)
+    if picture is not None and not picture.lower().endswith(".png"):
+        raise InputError(f"{PICTURE}: {picture}: a picture is a .png")

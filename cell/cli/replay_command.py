@@ -10,7 +10,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
-from .case_options import load
+from .case_options import load, refuse_outputs
 from .exit_codes import FEASIBLE
 from .process_count import process_count
 from .progress_bar import Bars
@@ -42,13 +42,7 @@ def _show(args: argparse.Namespace, case: Case) -> None:
         raise InputError(f"--speed: {args.speed} is not a number above 0")
     if args.motion_in is not None or args.program is not None:
         _motion_alone(args)
-    from ..atomic_files import check_outputs
-    from ..case.files import case_files
-
-    outputs = {"--picture": args.picture, "--video": args.video}
-    check_outputs(
-        outputs, [*case_files(case), *(path for path in (args.motion_in, args.program, args.sweep) if path is not None)]
-    )
+    refuse_outputs(args, case, "picture", "video", reads=[args.motion_in, args.program, args.sweep])
     case = _at_pose(args, case)
     if args.picture:
         _picture(args, case)

@@ -118,7 +118,7 @@ def wire_scene(scene: Scene) -> Scene | None:
     wire = scene.wire_geom & scene.contact_bits.any(axis=0)
     if not wire.any():
         return None
-    part = np.isin(scene.piece_of_geom, (BodyOwner.SUPPORT, BodyOwner.PART))
+    part = np.isin(scene.piece_of_geom, (BodyOwner.SUPPORT, BodyOwner.PART)) & scene.contact_bits.any(axis=0)
     bits = np.stack([np.where(wire, SOLID, 0), np.where(part, SOLID, 0)]).astype(scene.contact_bits.dtype)
     bodies = scene.body_contype.copy()
     bodies[model.geom_bodyid[wire]] |= SOLID

@@ -46,6 +46,7 @@ from slicing import (
 )
 
 from ..arrays import Ints
+from ..case.files import require_cell_files, require_part_files
 from ..case.sections import Case, Sampling
 from ..errors import InputError
 from ..failure import Failure
@@ -370,6 +371,7 @@ def prepare(case: Case, toolpath: Toolpath | None = None) -> Job:
     """
     if not isinstance(case, Case):
         raise InputError(f"prepare takes a case, not a {type(case).__name__}; cell.load_case reads one")
+    require_cell_files(case)
     path = _read_path(case) if toolpath is None and case.part.toolpath is not None else toolpath
     if path is None:
         part, path = _laid_here(case)
@@ -462,6 +464,7 @@ def _read_path(case: Case) -> Toolpath:
     """A case's toolpath of another slicer."""
     from slicing import read_toolpath
 
+    require_part_files(case)
     process = case.process
     try:
         return read_toolpath(

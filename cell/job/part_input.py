@@ -32,6 +32,7 @@ from slicing import (
     turned_solid,
 )
 
+from ..case.files import require_part_files
 from ..case.part_sections import BodySection
 from ..case.sections import Case
 from ..errors import InputError
@@ -116,6 +117,7 @@ def read_part(case: Case) -> PartInput:
         )
     if case.part.toolpath is not None:
         raise InputError(f"{case.path}: part.toolpath: its beads are laid already; there is nothing to slice")
+    require_part_files(case)
     meshes: list[Mesh] = []
     try:
         found = _whole(case, meshes) if case.part.mesh is not None else _pieces(case, meshes)

@@ -14,6 +14,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from ..case.files import asset_path
 from ..errors import InputError
 
 ATTACHES = re.compile(rb"<model\s[^>]*\bfile\s*=")
@@ -33,7 +34,7 @@ def settle_files(spec: mujoco.MjSpec, path: Path) -> None:
     unknown = []
     for mesh in spec.meshes:
         if mesh.file:
-            at = _place_of(mesh.file, spec, path.parent / spec.meshdir)
+            at = asset_path(mesh.file, spec, path.parent / spec.meshdir)
             if nested or not at.is_file():
                 unknown.append(mesh)
             else:
@@ -42,16 +43,11 @@ def settle_files(spec: mujoco.MjSpec, path: Path) -> None:
         _write_in(spec, unknown, path)
     for hfield in spec.hfields:
         if hfield.file:
-            hfield.file = str(_place_of(hfield.file, spec, path.parent / spec.meshdir))
+            hfield.file = str(asset_path(hfield.file, spec, path.parent / spec.meshdir))
     for texture in spec.textures:
         if texture.file:
-            texture.file = str(_place_of(texture.file, spec, path.parent / spec.texturedir))
+            texture.file = str(asset_path(texture.file, spec, path.parent / spec.texturedir))
     spec.strippath = False  # of the names as they are now
-
-
-def _place_of(file: str, spec: mujoco.MjSpec, folder: Path) -> Path:
-    """Where MuJoCo reads a file of a model; with `strippath` the folders that the model names do not count."""
-    return (folder / (re.split(r"[\\/]", file)[-1] if spec.strippath else file)).resolve()
 
 
 def _attaches(path: Path) -> bool:

@@ -17,13 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from ik.chain import Floats
-from slicing import Code, PartError, Warning, read_triangles
+from slicing import UNITS_MM, Code, PartError, Warning, read_triangles
 
 from ..arrays import Ints
 from ..units import METRES_PER_MM
 from .convex_pieces import ConvexPieces, convex_pieces, is_thick
 
-UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 25.4e-3}  # m
 LEAST_MM = 1e-3  # that a mesh is large
 SMALL_MM = 5.0  # of a fixture's mesh, that is rather in another unit
 FILLED = 0.01  # of a fixture's volume that its convex pieces may hold besides it without a word
@@ -98,7 +97,7 @@ def _read(path: str, units: str, *_changed: int) -> FixtureMesh:
     found = read_triangles(path, units)
     used, faces = np.unique(found.faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
-    vertices = found.vertices[used] * UNIT[units]
+    vertices = found.vertices[used] * (UNITS_MM[units] * METRES_PER_MM)
     farthest = float(np.abs(vertices).max())
     if not farthest <= FARTHEST_MM * METRES_PER_MM:
         far = f"{farthest / METRES_PER_MM:.3g}"

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ik.chain import Chain, Floats
 from slicing import Code, PartShape, Warning
 
+from ..case.files import require_cell_files
 from ..case.sections import Case
 from ..errors import InputError
 from ..freed_memory import give_back
@@ -59,6 +60,7 @@ def compose(case: Case, part: PartShape, together: int = MANY_PIECES) -> Scene:
     Raises:
         InputError: a model file is missing or does not compile, or a name the case binds is not in it.
     """
+    require_cell_files(case)
     scene = _compiled(put_together(case, part, together), part)
     if scene.model.nmeshvert > MANY_VERTICES:
         give_back()

@@ -167,6 +167,11 @@ def _neighbours(model: mujoco.MjModel, one: int, other: int, weld: NDArray[np.in
     return 0 not in (a, b) and (a == above[1] or b == above[0])
 
 
+def left_out(model: mujoco.MjModel, one: int, other: int) -> bool:
+    """Whether MuJoCo leaves a pair of geoms out; see "collision detection: selection" in its documentation."""
+    return _excluded(model, one, other) or _neighbours(model, one, other, model.body_weldid)
+
+
 @dataclass(frozen=True, eq=False)
 class _ToolPairs:
     """The arm with its tool alone.
@@ -226,7 +231,7 @@ class _ToolPairs:
         moved = np.flatnonzero(hard & (self.moved_by == last)).tolist()
         tools = [g for g in moved if self.of_tool[g] or self._beyond(g)]
         arms = np.flatnonzero(hard & robot & (self.moved_by < last)).tolist()
-        return [(t, a) for t in tools for a in arms if self._filtered(t, a)]
+        return [(t, a) for t in tools for a in arms if left_out(model, t, a)]
 
     def unseen_links(self) -> list[tuple[int, int]]:
         """Geoms of the arm that MuJoCo takes for neighbours though they are not, but for unseen ones.
@@ -246,7 +251,7 @@ class _ToolPairs:
 
     def _is_lost(self, outer: int, inner: int) -> bool:
         """Whether MuJoCo takes two geoms' bodies for neighbours though they are not, and the model excludes neither."""
-        if self._excluded(outer, inner) or not self._filtered(outer, inner):
+        if self._excluded(outer, inner) or not left_out(self.model, outer, inner):
             return False
         apart = int(self.moved_by[outer] - self.moved_by[inner])
         return apart >= 2 or not self._neighbours(outer, inner, self.weld_of_model)
@@ -254,10 +259,6 @@ class _ToolPairs:
     def _excluded(self, one: int, other: int) -> bool:
         """Whether the model excludes the bodies of two geoms."""
         return _excluded(self.model, one, other)
-
-    def _filtered(self, one: int, other: int) -> bool:
-        """Whether MuJoCo leaves a pair of geoms out; see "collision detection: selection" in its documentation."""
-        return self._excluded(one, other) or self._neighbours(one, other, self.model.body_weldid)
 
     def _neighbours(self, one: int, other: int, weld: NDArray[np.int32] | NDArray[np.int64]) -> bool:
         """Whether of two geoms one's body carries the other's, bodies that are welded together counting as one."""

@@ -23,6 +23,7 @@ from ik.chain import Floats
 from slicing import Code, Warning
 
 from ..case.cell_sections import NO_TABLE
+from ..case.files import model_path
 from ..case.sections import Case
 from ..errors import InputError
 from ..mjcf.asset_files import settle_files
@@ -31,7 +32,6 @@ from ..mjcf.held_joints import HeldJoints, check_planned, hold
 from ..mjcf.held_settings import OwnPlaces
 from ..mjcf.names import attach, name_all
 from ..mjcf.torch import TorchDimensions, shape_torch
-from ..shipped import MODELS_DIR, is_path
 from ..units import METRES_PER_MM
 from .calibration import calibrated
 from .composition import BodyOwner, CellAssembly, one_line
@@ -61,13 +61,7 @@ SIZES = (
 
 def _load(case: Case, name: str, what: str) -> mujoco.MjSpec:
     """A shipped model by name, or any MJCF by its path."""
-    shipped = MODELS_DIR / name / f"{name}.xml"
-    path = case.path_of(name) if is_path(name) else shipped
-    if not path.is_file():
-        known = sorted(p.parent.name for p in MODELS_DIR.glob("*/*.xml"))
-        raise InputError(
-            f"{case.path}: {what}.model: no file {path}; give a path or one of the shipped models {', '.join(known)}"
-        )
+    path = model_path(case, name)
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:

@@ -61,7 +61,8 @@ def part_contact_warnings(scene: Scene, shape: PartShape) -> Iterator[Warning]:
             body = scene.case.part.body
             ends = body is not None and body.z_mm is None and body.radius_mm is not None and body.mesh is None
             hint = " (part.body.z_mm is not given, so the body ends where its sub-volumes end)" if ends else ""
-            where = f"its lower end is {off_mm:.1f} mm above" if off_mm > OFF_MM else "it stands beside"
+            above = f"its lower end is {abs(off_mm):.1f} mm {'above' if off_mm > 0 else 'below'}"
+            where = above if abs(off_mm) > OFF_MM else "it stands beside"
             text = f"part.position_mm: nothing carries the body: {where} the surface that the part stands on{hint}"
             yield Warning(Code.PART_NOT_ON_SUPPORT, text)
 

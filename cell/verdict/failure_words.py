@@ -125,7 +125,7 @@ def _on_a_way(failure: Failure) -> str:
     if effort is not None:
         if effort.retract_mm is not None and effort.reached_mm is not None:
             drawn = f"{effort.reached_mm:.0f} of {effort.retract_mm:g} mm drawn back"
-            words += f" after {drawn} (process.retract_mm)"
+            words += f" after {drawn} (1, 2 and 4 times process.retract_mm are tried)"
         if effort.attempts is not None:
             shut = f", the torch is shut in while {effort.shut_in}" if effort.shut_in else ""
             words = f"no way found in {effort.attempts} attempts (process.travel_attempts){shut}; {words}"

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..mesh.closest_point import least_over_triangles
+from ..mesh.manifold import manifold_of, triangles_of
 from ..mesh.shells import winding_numbers
 from ..mesh.solid import Bools, Floats, Ints, PartError
 from .outline import Outline
@@ -122,12 +123,9 @@ def solid_of(vertices: Floats, faces: Ints, name: str) -> Any:
     """
     import manifold3d  # heavy: only where solids are cut
 
-    data = manifold3d.Mesh64(
-        np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.uint64)
-    )
-    solid = manifold3d.Manifold(data)
-    if solid.status() != manifold3d.Error.NoError or solid.is_empty():
-        raise PartError(f"{name}: the mesh does not bound a solid (manifold3d: {solid.status().name})")
+    solid = manifold_of(vertices, faces, name)
+    if solid.is_empty():
+        raise PartError(f"{name}: the mesh encloses nothing")
     shells = whole_solids(solid)
     if len(shells) < 2 or any(shell.volume() <= 0 for shell in shells):
         return solid
@@ -190,8 +188,7 @@ def arrays_of(solid: Any, cutter_id: int = -1) -> tuple[Floats, Ints, Ints]:
     data = solid.to_mesh64()
     runs = np.asarray(data.run_index, dtype=np.int64) // 3
     ids = np.repeat(np.asarray(data.run_original_id, dtype=np.int64), np.diff(runs))
-    vertices = np.asarray(data.vert_properties, dtype=np.float64)[:, :3]
-    return vertices, np.asarray(data.tri_verts).astype(np.int64), np.flatnonzero(ids == cutter_id)
+    return *triangles_of(solid), np.flatnonzero(ids == cutter_id)
 
 
 def clearance(noise_mm: float, radius_mm: float) -> float:

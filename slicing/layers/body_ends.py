@@ -14,9 +14,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from ..mesh.manifold import manifold_of, triangles_of
 from ..mesh.solid import Mesh
 from ..surfaces.bodies import Body
 
@@ -25,6 +27,7 @@ GAP_MM, GAP_SHARE = 0.1, 0.005  # how far a profile may lie below the body's sur
 FINE_MM = 0.05  # places along a profile
 BEYOND_MM = 0.1  # what reaches less far over an end does not count
 BODY_SIDES = 512  # sides of the body that is taken off
+SHOULDER_MM = 1e-6  # below and above a point of a profile its radius is taken: it may jump there
 
 
 def body_ends(profile: Sequence[tuple[float, float]], body: Body) -> tuple[float, float]:
@@ -73,7 +76,7 @@ def part_between_heights(mesh: Mesh, z_mm: tuple[float, float]) -> Mesh:
     for height, way in ((z_mm[0], 1.0), (z_mm[1], -1.0)):
         if math.isfinite(height):
             solid = solid.trim_by_plane((0.0, 0.0, way), way * height)
-    return _mesh(mesh, solid)
+    return Mesh(mesh.name, *triangles_of(solid))
 
 
 def over_ends_mm3(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> float:
@@ -99,10 +102,13 @@ def without_body(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> Mesh:
     Args:
         mesh: the sub-volume.
         body: the body.
-        z_mm: its ends.
+        z_mm: its ends; `NO_ENDS` where its surface goes on.
+
+    Returns:
+        The rest; without faces where there is none.
     """
     low, high = max(z_mm[0], float(mesh.bounds[0, 2]) - 1.0), min(z_mm[1], float(mesh.bounds[1, 2]) + 1.0)
-    return _mesh(mesh, _solid(mesh) - _turned(body, low, high))
+    return Mesh(mesh.name, *triangles_of(_solid(mesh) - _turned(body, low, high)))
 
 
 def closed_over(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> Body:
@@ -117,27 +123,19 @@ def closed_over(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> Body:
     return body.with_end_faces(low < z_mm[0] - BEYOND_MM, high > z_mm[1] + BEYOND_MM)
 
 
-def _turned(body: Body, low: float, high: float):  # type: ignore[no-untyped-def]
-    """The body between two heights, as a solid."""
+def _turned(body: Body, low: float, high: float) -> Any:
+    """The body between two heights, as a solid of manifold3d."""
     import manifold3d
 
     surface = body.surface
     inner = np.zeros(0) if surface.is_straight else surface.chain(1e-3).z  # a cone's tip, a profile's points
-    z = np.concatenate([[low], inner[(inner > low) & (inner < high)], [high]])
+    inner = np.concatenate([inner - SHOULDER_MM, inner + SHOULDER_MM])
+    z = np.concatenate([[low], np.sort(inner[(inner > low) & (inner < high)]), [high]])
     radius = surface.radius_at(z)
     polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
     solid = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), BODY_SIDES)
     return solid.translate((float(body.axis_xy_mm[0]), float(body.axis_xy_mm[1]), 0.0))
 
 
-def _solid(mesh: Mesh):  # type: ignore[no-untyped-def]
-    import manifold3d
-
-    faces = np.ascontiguousarray(mesh.faces, dtype=np.uint64)
-    return manifold3d.Manifold(manifold3d.Mesh64(np.array(mesh.vertices, order="C"), faces))
-
-
-def _mesh(mesh: Mesh, solid) -> Mesh:  # type: ignore[no-untyped-def]
-    data = solid.to_mesh64()
-    vertices, faces = np.array(data.vert_properties)[:, :3], np.array(data.tri_verts).astype(np.int64)
-    return Mesh(mesh.name, vertices.reshape(-1, 3), faces.reshape(-1, 3))
+def _solid(mesh: Mesh) -> Any:
+    return manifold_of(mesh.vertices, mesh.faces, mesh.name)

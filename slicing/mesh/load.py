@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from ..parameters import UNITS_MM
 from .files.bounds import require_bounded
 from .files.glb import read_glb
 from .files.obj import read_obj
@@ -22,7 +23,7 @@ from .files.ply import read_off, read_ply
 from .files.polygons import Triangles
 from .files.stl import read_stl
 from .shells import one_solid
-from .solid import UNITS_MM, Floats, Ints, Mesh, PartError, mesh_from_arrays, noise_of, require_few_faces, require_near
+from .solid import Floats, Ints, Mesh, PartError, mesh_from_arrays, noise_of, require_few_faces, require_near
 
 # how a 3MF names the units that are allowed here
 STATED_UNITS = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "inch"}

@@ -29,6 +29,7 @@ import numpy as np
 from .closing import repaired
 from .components import components
 from .folds import unfolded
+from .manifold import manifold_of, triangles_of
 from .mesh_edges import MeshEdges
 from .self_crossings import Crossings, crossings
 from .solid import Bools, Floats, Ints, Mesh, PartError, mesh_from_arrays
@@ -258,8 +259,7 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines
     inner = [solid for solid in solids if solid.original_id() not in left]
     if not (cross or inner) and apart - together <= max(SAME_VOLUME * apart, 4.0 * mesh.noise_mm * area):
         return None
-    vertices = np.asarray(data.vert_properties)[:, :3]
-    triangles = np.asarray(data.tri_verts).astype(np.int64)
+    vertices, triangles = triangles_of(union)
     _require_same_inside(mesh, faces, vertices[triangles])
     detail = f"{apart:.6g} mm³ with overlaps counted twice, {together:.6g} mm³ as one solid"
     lines.append(repaired(f"{mesh.name}: united {len(solids)} shells that overlap ({detail})"))
@@ -271,8 +271,6 @@ def _united(mesh: Mesh, faces: Ints, label: Ints, sign: Ints, cross: bool, lines
 
 def _solids(mesh: Mesh, faces: Ints, label: Ints, sign: Ints) -> list[Any]:
     """A manifold3d solid of each shell that faces outward, with the cavities in it."""
-    import manifold3d
-
     shells = {int(s): faces[label == s] for s in np.unique(label)}
     owner = {s: [own] for s, own in shells.items() if sign[s] > 0}
     boxes = {s: (mesh.vertices[own].min(axis=(0, 1)), mesh.vertices[own].max(axis=(0, 1))) for s, own in shells.items()}
@@ -293,11 +291,7 @@ def _solids(mesh: Mesh, faces: Ints, label: Ints, sign: Ints) -> list[Any]:
     solids = []
     for parts in owner.values():
         used, triangles = np.unique(np.concatenate(parts), return_inverse=True)
-        data = manifold3d.Mesh64(np.ascontiguousarray(mesh.vertices[used]), triangles.reshape(-1, 3).astype(np.uint64))
-        solid = manifold3d.Manifold(data)
-        if solid.status() != manifold3d.Error.NoError:
-            raise PartError(f"{mesh.name}: the mesh does not bound a solid (manifold3d: {solid.status().name})")
-        solids.append(solid.as_original())
+        solids.append(manifold_of(mesh.vertices[used], triangles.reshape(-1, 3), mesh.name).as_original())
     return solids
 
 

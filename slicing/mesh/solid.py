@@ -19,13 +19,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Bools, Floats, Ints, PartError
+from ..parameters import UNITS_MM
 from ..warning import Code, Warning
 from .closing import closed_surface, repaired
 from .face_measures import bounding_box, enclosed_volume, face_measures, face_normals
 from .mesh_edges import edges_of_faces
 
 __all__ = [
-    "UNITS_MM",
     "Bools",
     "Floats",
     "Ints",
@@ -38,7 +38,6 @@ __all__ = [
     "require_near",
 ]
 
-UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 SMALL_MM, LARGE_MM = 1.0, 10_000.0  # extents outside these are almost always a wrong unit
 FEW_LAYERS = 12.0  # a whole part of fewer layers' thickness is likely in a larger unit
 USUAL_MM = 150.0  # of the units that are possible that one is likely which comes nearest

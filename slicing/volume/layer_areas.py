@@ -38,7 +38,7 @@ from ..layers.layer import Layer, SlicedSubVolume
 from ..layers.outside_body import region_of
 from ..layers.poles import poles
 from ..layers.thickness import bead_thickness
-from ..mesh.solid import Floats, Mesh
+from ..mesh.solid import Floats
 from ..surfaces.bodies import Body
 from ..surfaces.greatest_distance import greatest_distance
 from ..surfaces.offsets import Offsets
@@ -54,7 +54,6 @@ REACH_MM = 0.02  # how far to either side of its surface it may fit
 PAST_MM = 1e-4  # beyond a layer's curves: faces that lie in its surface count as below it
 STEEP = 3.0  # growth of the radius with z from which on a surface lies too flat
 FINER_FACES = 4.0  # how much smaller the faces where a layer seems wrong
-BODY_SIDES = 512  # sides of the body that is taken off
 ALONG = 2000  # places at which thickness is taken along an arc
 GRID = 60  # places a side at which it is taken where it changes in two directions
 
@@ -98,7 +97,7 @@ def hold_volume(sliced: SlicedSubVolume) -> HeldVolume:
         flux = SolidFlux.of(mesh)
     elif flux.deepest(body.surface, -REACH_MM) < -REACH_MM:
         over_ends = over_ends_mm3(mesh, body, sliced.body_z_mm) if ends_count else 0.0
-        mesh = _outside(mesh, body)
+        mesh = without_body(mesh, body, NO_ENDS)
         flux = SolidFlux.of(mesh)
     if ends_count and layers[0].on_body:
         # the first layer ends with the body
@@ -182,25 +181,6 @@ def _with_volume_line(held: HeldVolume, sliced: SlicedSubVolume) -> HeldVolume:
         sub_volume=sliced.name,
     )
     return HeldVolume(held.volume_mm3, held.laid_mm3, held.end_mm3, held.end_mm, held.area_mm2, (*held.lines, line))
-
-
-def _outside(mesh: Mesh, body: Body) -> Mesh:
-    """What a mesh has outside the body."""
-    import manifold3d
-
-    low, high = float(mesh.bounds[0, 2]) - 1.0, float(mesh.bounds[1, 2]) + 1.0
-    surface = body.surface
-    heights = [low, high]
-    if not surface.is_straight:
-        heights += [z + by for z in surface.chain(1e-3).z.tolist() for by in (-1e-6, 1e-6) if low < z < high]
-    z = np.sort(np.array(heights))
-    radius = surface.radius_at(z)
-    polygon = np.concatenate([[[0.0, low]], np.stack([radius, z], axis=1), [[0.0, high]]])
-    turned = manifold3d.Manifold.revolve(manifold3d.CrossSection([polygon.tolist()]), BODY_SIDES)
-    cutter = turned.translate((float(surface.axis_point[0]), float(surface.axis_point[1]), 0.0))
-    data = manifold3d.Mesh64(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.faces, dtype=np.uint64))
-    left = (manifold3d.Manifold(data) - cutter).to_mesh64()
-    return Mesh(mesh.name, np.asarray(left.vert_properties)[:, :3], np.asarray(left.tri_verts).astype(np.int64))
 
 
 def _cut_at(layer: Layer) -> float:

@@ -23,6 +23,7 @@ from ...collision.clearances import Clearances
 from ...collision.proofs.between_samples import steps_between, unproven_steps
 from ...collision.proofs.motion_clearance import AIMED_SHARE, GIVEN_BETWEEN
 from ...collision.proofs.plane_proofs import proofs_of
+from ...collision.stick_out import stick_out_of
 from ..context import Context
 from ..edges.blended_check import free_travels
 from ..edges.edge_check import Stretch
@@ -83,15 +84,14 @@ def straight_travels(context: Context, gaps: Sequence[BeadGap], *, doubtful: boo
     settings, routes = context.settings, _routes(context, gaps)
     if doubtful or _some_are_shut(context, routes):
         routes = _free_at_first_look(context, routes)
-    found = _kept(
-        context.checker, context, [(r.q, r.deposits_laid) for r in routes], 2 * settings.clearance, settings.kept
-    )
+    ways, wanted = [(r.q, r.deposits_laid) for r in routes], _wanted(context, routes)
+    found = _kept(context.checker, context, ways, 2 * settings.clearance, settings.kept, wanted)
     free = [(route, path) for route, path in zip(routes, found, strict=True) if path is not None]
     known = [(path.q, path.at_least, path.kept, route.deposits_laid) for route, path in free]
     rounded = free_travels(context.checker, context, known, settings.kept)
     free = [one for one, is_free in zip(free, rounded, strict=True) if is_free]
     paths: list[TravelPath | None] = [None] * len(gaps)
-    for (route, path), is_clear in zip(free, _wire_clear(context, [route for route, _ in free]), strict=True):
+    for (route, path), is_clear in zip(free, _wire_clear(context, free), strict=True):
         paths[route.gap] = path if is_clear else None
     return paths
 
@@ -157,12 +157,26 @@ def _routes(context: Context, gaps: Sequence[BeadGap]) -> list[_Route]:
 
 
 def _kept(
-    checker: Checker, context: Context, paths: Sequence[tuple[Floats, int]], room: float, least: float
+    checker: Checker,
+    context: Context,
+    paths: Sequence[tuple[Floats, int]],
+    room: float,
+    least: float,
+    wanted: Sequence[Floats] | None = None,
 ) -> list[TravelPath | None]:
     """Ways (samples and deposits laid) with room at every sample that keep a clearance between them.
 
     Those that keep the room between their samples as well are mostly proved to by few looks; all others are checked
     sample by sample.
+
+    Args:
+        checker: collision detection, of the whole cell or of the wire.
+        context: what the beads were planned with.
+        paths: the ways.
+        room: at every sample, m.
+        least: clearance between them, m.
+        wanted: from each of their samples to the next, (m,) each, m: what is to be proved if it can be, where that is
+            more than the room.
     """
     if not paths:
         return []
@@ -173,7 +187,8 @@ def _kept(
     proofs = proofs_of(checker)
     if proofs is not None:
         step = steps_between(q, of)
-        proved, kept = proofs.along(q, step, laid[step], room, GIVEN_BETWEEN, AIMED_SHARE), np.full(len(q), -np.inf)
+        aim = room if wanted is None else np.maximum(room, np.concatenate(wanted)[step])
+        proved, kept = proofs.along(q, step, laid[step], aim, GIVEN_BETWEEN, AIMED_SHARE), np.full(len(q), -np.inf)
         kept[step] = proved.kept
         low = np.maximum(kept, np.append(-np.inf, kept[:-1]))
         ends = _near_ends(of)
@@ -216,21 +231,49 @@ def _checked_travels(
     return [TravelPath.of(checker, radius, q[k], found.rows(k)) if good[of[k[0]]] else None for k in every]
 
 
-def _wire_clear(context: Context, routes: Sequence[_Route]) -> list[bool]:
-    """Whether the wire is drawn through nothing on the way across; see ``cell.collision.wire``."""
+def _wanted(context: Context, routes: Sequence[_Route]) -> list[Floats] | None:
+    """What the torch is to keep from each sample of ways to the next for its wire to be clear across, (m,) each, m."""
+    beyond = stick_out_of(context.checker.scene)
+    if context.wire is None or not np.isfinite(beyond):
+        return None
+    wanted = [np.zeros(len(route.q)) for route in routes]
+    for mine, route in zip(wanted, routes, strict=True):
+        mine[route.across] = beyond + WIRE_ROOM
+    return wanted
+
+
+def _of_wire(path: TravelPath, across: slice, beyond: float) -> tuple[Floats, Floats]:
+    """What a wire keeps at samples of the way across, and from each to the next, m; -inf after the last."""
+    low, kept = path.low[across] - beyond, path.kept[across] - beyond
+    kept[-1] = -np.inf
+    return low, kept
+
+
+def _wire_clear(context: Context, ways: Sequence[tuple[_Route, TravelPath]]) -> list[bool]:
+    """Whether the wire is drawn through nothing on the way across; see ``cell.collision.wire``.
+
+    It is as far from the part as the torch, less what it reaches beyond it; only where that is not enough it is checked
+    by itself.
+    """
     wire = context.wire
     if wire is None:
-        return [True] * len(routes)
-    out = [False] * len(routes)
-    found = _kept(wire, context, [(r.q[r.across], r.deposits_laid) for r in routes], WIRE_ROOM, 0.0)
-    free, known = [], []
-    for n, (route, path) in enumerate(zip(routes, found, strict=True)):
-        if path is None:
-            continue
-        low, kept = np.full(len(route.q), np.inf), np.full(len(route.q), -np.inf)
-        low[route.across], kept[route.across] = path.low, path.kept
-        free.append(n)
-        known.append((route.q, replace(Clearances.none(len(low)), distance=low), kept, route.deposits_laid))
+        return [True] * len(ways)
+    out, beyond = [False] * len(ways), stick_out_of(context.checker.scene)
+    across = [_of_wire(path, route.across, beyond) for route, path in ways]
+    near = [n for n, (_, kept) in enumerate(across) if not len(kept) > 1 or (kept[:-1] < WIRE_ROOM).any()]
+    seen = [(ways[n][0].q[ways[n][0].across], ways[n][0].deposits_laid) for n in near]
+    lost = set()
+    for n, found in zip(near, _kept(wire, context, seen, WIRE_ROOM, 0.0), strict=True):
+        if found is None:
+            lost.add(n)
+        else:
+            across[n] = found.low, found.kept
+    known, free = [], [n for n in range(len(ways)) if n not in lost]
+    for n in free:
+        route = ways[n][0]
+        low, on_step = np.full(len(route.q), np.inf), np.full(len(route.q), -np.inf)
+        low[route.across], on_step[route.across] = across[n]
+        known.append((route.q, replace(Clearances.none(len(low)), distance=low), on_step, route.deposits_laid))
     for n, is_free in zip(free, free_travels(wire, context, known, 0.0), strict=True):
         out[n] = is_free
     return out

@@ -61,6 +61,16 @@ BAD = [
     ({**MINIMAL, "slicing": 5}, "slicing: must be a section of keys and values (is 5)"),
     ({**MINIMAL, "floor": "maybe"}, "floor: must be true or false (is 'maybe')"),
     ({"part": {"sub_volumes": 5, "body": {"radius_mm": 2}}}, "part.sub_volumes: must be a list (is 5)"),
+    ({**MINIMAL, "checks": {"clearance_mm": "2,5"}}, "checks.clearance_mm: must be a number: write 2.5 (is '2,5')"),
+    ({**MINIMAL, "table": {"E1_deg": "90 deg"}}, "table.E1_deg: must be a number: write 90 without the unit"),
+    ({**MINIMAL, "table": {"E1_deg": "pi/2"}}, "table.E1_deg: must be a number (is 'pi/2')"),
+    ({**MINIMAL, "support": {"radius_mm": 0.025, "height_mm": 0.12}}, "support: is at most 0.12 mm large; lengths are"),
+    (
+        {**MINIMAL, "fixtures": [{"name": "x", "box": {"size_mm": [0.2, 0.3, 0.05]}}]},
+        "fixtures.0.box: is at most 0.3 mm large; lengths are in mm, not in m",
+    ),
+    ({**MINIMAL, "fixtures": [{"name": "x", "on": "Table"}]}, "fixtures.0.on: must be 'floor' or 'table' (is 'Table')"),
+    ({"part": {"mesh:a.stl": None}}, "part.mesh:a.stl: unknown key; a blank is needed after the colon"),
     ({}, "part: missing"),
     ([1, 2], "mapping"),
 ]
@@ -97,6 +107,32 @@ def test_broken_yaml_names_the_line(tmp_path):
     path = tmp_path / "broken.case.yaml"
     path.write_text("part:\n  sub_volumes: [a.stl\n", encoding="utf-8")
     with pytest.raises(InputError, match="line 3: not YAML"):
+        load_case(path)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("support: {radius_mm: 2", "a comma is missing, or a { or [ that is opened before is not closed"),
+        (" roll: free", "a line is indented otherwise than those of its section"),
+        ("name: a: b", "a second : in a line"),
+        ("positioner: {position_mm: 1550, 0, 0}", "the key '0' is given twice; numbers of a list stand in [ ]"),
+    ],
+)
+def test_usual_slips_in_yaml_are_said_in_words(tmp_path, line, said):
+    path = write(tmp_path / "case.yaml", f"part:\n  mesh: a.stl\n{line}\n")
+    with pytest.raises(InputError, match=r"case\.yaml, line \d: not YAML") as caught:
+        load_case(path)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"), [("part: {mesh: a.stl}\nname: Träger\n".encode("latin-1"), 2), ("a".encode("utf-16"), 1)]
+)
+def test_text_that_is_not_utf_8_is_refused_with_its_line(tmp_path, text, line):
+    path = tmp_path / "case.yaml"
+    path.write_bytes(text)
+    with pytest.raises(InputError, match=rf"case\.yaml, line {line}: not UTF-8 text; save the file as UTF-8"):
         load_case(path)
 
 
@@ -156,7 +192,10 @@ def test_true_and_false_are_read_as_such(word, value):
             "support: {radius_mm: 15,5, height_mm: 120}",
             "support.5: a key must be a name; of a number with a decimal",
         ),
-        ("process:\n  deposition_speed_mm_s: 8,5", "process.deposition_speed_mm_s: must be a number (is '8,5')"),
+        (
+            "process:\n  deposition_speed_mm_s: 8,5",
+            "process.deposition_speed_mm_s: must be a number: write 8.5 (is '8,5')",
+        ),
         ('name: "C:\\Users\\me"', "line 2: not YAML (a backslash in double quotes; write paths with /"),
         ('name: "C:\\parts"', "line 2: not YAML (a backslash in double quotes; write paths with /"),
         ("table:\n\tE1_deg: 90", "line 3: not YAML (a tab"),

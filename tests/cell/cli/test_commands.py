@@ -108,6 +108,15 @@ def test_usage_errors_are_one_line(capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("option", "meant"), [("--E1", "--e1"), ("--no-remedy", "--no-remedies"), ("--jsn=f", "--json")]
+)
+def test_an_unknown_option_is_said_with_the_one_that_is_meant(option, meant, capsys):
+    with pytest.raises(SystemExit):
+        main(["check", option, "90"])
+    assert f"rbam check: no option {option.split('=')[0]}; did you mean {meant}? " in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", [[], ["check"], ["slice"], ["compare"], ["sweep"], ["replay"], ["scene"]])
 def test_help_teaches(command, capsys):
     with pytest.raises(SystemExit) as caught:

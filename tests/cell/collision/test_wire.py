@@ -22,15 +22,15 @@ def test_where_a_wire_is_not_looked_at_nothing_of_the_part_is_within_reach(tmp_p
     every = Checker(wire.scene, table, WIRE_REACH, pair_gap=NEVER)
     # all round the part's pieces, from in them to some centimetres away
     part = np.flatnonzero(wire.scene.contact_bits[1])
-    there = every.posed().geom_xpos[rng.choice(part, 400)] + rng.normal(size=(400, 3)) * rng.choice(
-        [0.01, 0.05], (400, 1)
+    there = every.posed().geom_xpos[rng.choice(part, 600)] + rng.normal(size=(600, 3)) * rng.choice(
+        [0.01, 0.05], (600, 1)
     )
     base, chain = scene.T_world_base(), scene.chain
-    Ts = np.tile(np.eye(4), (400, 1, 1))
-    turn = np.linalg.qr(rng.normal(size=(400, 3, 3)))[0]
+    Ts = np.tile(np.eye(4), (600, 1, 1))
+    turn = np.linalg.qr(rng.normal(size=(600, 3, 3)))[0]
     Ts[:, :3, :3] = turn * np.sign(np.linalg.det(turn))[:, None, None]
     Ts[:, :3, 3] = (there - base[:3, 3]) @ base[:3, :3]
-    q, ok = job.solver.next_to(Ts, rng.uniform(chain.lower, chain.upper, (400, chain.n)))
+    q, ok = job.solver.next_to(Ts, rng.uniform(chain.lower, chain.upper, (600, chain.n)))
     q = np.concatenate([q[ok], rng.uniform(chain.lower, chain.upper, (100, chain.n))])
     deposits_laid = rng.integers(0, scene.n_deposits + 1, len(q))
     wanted, count = every.clearances(q, deposits_laid), every.asked.count

@@ -144,6 +144,17 @@ def test_meshes_are_those_that_the_model_itself_reads(tmp_path):
         assert (tmp_path / ("lug.stl" if strip == "true" else "sub/lug.stl")).resolve() in there
 
 
+def test_the_folder_of_another_system_that_a_model_names_does_not_count_either(tmp_path):
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "lug.stl")
+    arm = ARM.replace("<compiler ", '<compiler strippath="true" ')
+    arm = put(arm, r'<asset><mesh name="lug" file="D:\\cad\\lug.stl"/></asset>', "<worldbody>")
+    arm = put(arm, '<geom name="lug" type="mesh" mesh="lug" pos="0 0.4 0"/>', '<body name="link_3"')
+    case = load_case(write_case(tmp_path, "cell", arm=arm))
+    assert (tmp_path / "lug.stl").resolve() in {file.resolve() for file in case_files(case)}
+    model = prepare(case).scene.model
+    assert model.geom_aabb[model.geom("lug").id, 3] == pytest.approx(0.05)
+
+
 def test_a_box_whose_inertia_is_a_shells_is_a_box_like_any_other(tmp_path):
     shell = '<geom name="cover" type="box" shellinertia="true" size=".1 .05 .02" pos="0 .3 0" euler=".1 .2 .3"/>'
     assert differences(write_case(tmp_path, "cell", arm=put(ARM, shell, '<body name="link_3"'))) == []

@@ -31,6 +31,7 @@ def of_code(job, code):
         ([0, 40], [0, 0, 7], "7.0 mm above"),
         ([5, 40], [0, 0, 0], "5.0 mm above"),
         ([0, 40], [200, 0, 0], "it stands beside the surface"),
+        ([0, 40], [200, 0, -300], "nothing carries the body: its lower end is 300.0 mm below"),
     ],
 )
 def test_a_body_in_or_above_its_support_is_said(z_mm, position_mm, said, make_case):

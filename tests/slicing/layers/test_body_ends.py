@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.parts.meshes import BODY, R, box, box_solid, from_manifold
 
-from slicing.layers.body_ends import NO_ENDS, body_ends, over_ends_mm3
+from slicing.layers.body_ends import NO_ENDS, body_ends, over_ends_mm3, without_body
 from slicing.paper.indices import indices, top_angle
 from slicing.parameters import SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
@@ -48,6 +48,12 @@ def test_over_the_end_of_a_cone_lies_no_more_than_its_tip():
     radius, high = 20.0 - 15.0 * math.tan(math.radians(50.0)), 20.0 / math.tan(math.radians(50.0)) - 15.0
     block = box((-10, -10, 0), (10, 10, 40), "block")
     assert over_ends_mm3(block, cone, (0.0, 15.0)) == pytest.approx(math.pi * radius**2 * high / 3, rel=1e-3)
+
+
+def test_a_body_with_a_shoulder_is_taken_off_with_its_shoulder():
+    body = RevolvedBody(((15.0, 0.0), (15.0, 20.0), (25.0, 20.0), (25.0, 50.0)))
+    rest = without_body(box((-30, -30, 0), (30, 30, 40), "block"), body, NO_ENDS)
+    assert rest.volume == pytest.approx(60 * 60 * 40 - math.pi * (15**2 * 20 + 25**2 * 20), rel=1e-3)
 
 
 def test_layers_of_a_profile_go_round_its_ends():
