@@ -48,7 +48,8 @@ PROMISED = "acceptance/test_promised_numbers.py"
 SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
-ENDLESS = "cell/programs/running/test_endless_axes.py"
+MUTATED = "cell/programs/test_program_mutations.py"
+ENDLESS, CIRCLES = "cell/programs/running/test_endless_axes.py", "cell/programs/running/test_circles.py"
 NEAR_BEADS = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
@@ -196,6 +197,18 @@ MUTANTS = (
     Mutant("cell/collision/blend_bisection.py", "if len(open_.step) and not lost:", "if False:", (ROUNDINGS,)),
     Mutant("cell/programs/running/program_path.py", "if held is not None and held != status & STATUS_BITS:", "if False:", (STATUS,)),
     Mutant("cell/programs/running/configuration_tracking.py", "(ELBOW if elbow else 0)", "ELBOW", (STATUS,)),
+    Mutant("cell/verification/collisions.py", " & (off @ feed[end] <= PUSHED)", "", (MUTATED,)),
+    Mutant("cell/verification/collisions.py", "PUSHED = 0.5e-3", "PUSHED = 5e-3", (MUTATED,)),
+    Mutant("cell/programs/running/program_path.py", "        self._refuse_open_turns(turn)\n", "", (CIRCLES,)),
+    Mutant("cell/programs/running/program_path.py", " | (at_angle & (turn > AS_GIVEN))", "", (CIRCLES,)),
+    Mutant("cell/programs/running/program_path.py", "(turn > np.pi - HALF_TURN) | ", "", (CIRCLES,)),
+    Mutant("cell/programs/running/program_path.py", "        self._refuse_flat_circles(start[:, :3, 3], via, programmed)\n", "", (CIRCLES,)),
+    Mutant("cell/programs/running/interpolation.py", "(at_angle | ~between)", "at_angle", (CIRCLES,)),
+    Mutant("cell/programs/running/interpolation.py", "(at_angle | ~between)", "~between", (CIRCLES,)),
+    Mutant("cell/programs/running/interpolation.py", " & (np.minimum(a, c) > SURE)", "", (CIRCLES,)),
+    Mutant("cell/programs/krl/moving.py", "    if turns_the_longer_way(start, via, end):", "    if False:", (CIRCLES,)),
+    Mutant("cell/programs/krl/moving.py", "    if begins is None:\n        raise refuse(scope.where, \"SCIRC", "    if begins is None:\n        return\n        raise refuse(scope.where, \"SCIRC", (CIRCLES,)),
+    Mutant("cell/programs/orientation.py", "return off > angle / 2 + LOOSE", "return off > np.pi", (CIRCLES,)),
     Mutant("cell/programs/program_check.py", "for move in run.program.stands:", "for move in ():", (PROGRAMS,)),
     Mutant("cell/programs/krl/state.py", "            self.stands.append(len(self))\n", "", (ELSEWHERE,)),
     Mutant("cell/programs/krl_modules.py", "cut = stop or len(part)", "cut = len(part)", (WRITTEN,)),
