@@ -1,4 +1,4 @@
-"""What slicing gives: layers of curves on surfaces.
+"""Layers as data: curves on surfaces.
 
     body = CylindricalBody(radius_mm=20.0)
 
@@ -58,7 +58,7 @@ class Layer:
 
     @property
     def on_body(self) -> bool:
-        """Whether it lies right on the body, as first layers do but for planes."""
+        """Whether it lies on the body itself, as every first layer does that is not a plane."""
         return self.index == 0 and not self.surface.is_flat
 
 
@@ -124,7 +124,7 @@ class SlicedSubVolume:
 
 
 def require_layers(mesh: Mesh, h_layer_mm: float) -> None:
-    """Refuse layers so thin that there would be no end of them.
+    """Refuse layers so thin that there would be too many of them.
 
     Args:
         mesh: what is to be sliced.
@@ -142,7 +142,7 @@ def require_layers(mesh: Mesh, h_layer_mm: float) -> None:
 
 
 def without_slivers(curves: list[Curve]) -> list[Curve]:
-    """The curves without outer loops that enclose next to nothing.
+    """The curves without outer loops of a negligible area.
 
     A layer that just reaches the top of a solid meets it in loops a few micrometres wide: no metal a bead is laid for.
 
