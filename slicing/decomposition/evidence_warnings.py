@@ -147,11 +147,12 @@ def doubtful_radius(name: str, evidence: Evidence) -> list[Warning]:
     stray = evidence.within_mm > STRAYING * evidence.radius_mm
     if evidence.corner_share >= LEAST_SHARE and not stray:
         return []
+    only = "only " if evidence.corner_share < LEAST_SHARE else ""  # else they lie far off it
     return [
         Warning(
             Code.BODY_RADIUS,
-            f"{name}: the body's radius {evidence.radius_mm:.6g} mm is uncertain: only"
-            f" {100 * evidence.corner_share:.0f} % of the corners there lie on it, within {evidence.within_mm:.2g} mm"
+            f"{name}: the body's radius {evidence.radius_mm:.6g} mm is uncertain: {only}"
+            f"{100 * evidence.corner_share:.0f} % of the corners there lie on it, within {evidence.within_mm:.2g} mm"
             " (part.body.radius_mm sets it)",
         )
     ]
