@@ -123,6 +123,16 @@ class SpanVerdict:
     warnings: tuple[Warning, ...] = ()
     ends: SpanEnds | None = None
 
+    def __post_init__(self) -> None:
+        """Hold that a motion is one of targets that are all feasible.
+
+        Raises:
+            RuntimeError: it is not: an error of the program.
+        """
+        wrong = [i for i, row in enumerate(self.rows) if row.reason is not None] if self.motion is not None else []
+        if wrong:
+            raise RuntimeError(f"a motion was made of a part of which {len(wrong)} targets are not feasible")
+
 
 def check_span(
     job: Job, context: Context, gravity: Floats, progress: Progress | None = None, chunking: Chunking = USUAL

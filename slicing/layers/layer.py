@@ -95,6 +95,18 @@ class SlicedSubVolume:
     end_mm: float = math.nan
     body_z_mm: tuple[float, float] = (-math.inf, math.inf)
 
+    def metal_below_mm(self, layer: int) -> float:
+        """How far below its surface a layer's metal begins, mm; 0 where it lies upon its surface.
+
+        Args:
+            layer: its number, from 0.
+        """
+        if self.strategy != "planar" or self.stands_on_plate:
+            return 0.0
+        if layer == 0:
+            return self.parameters.h_layer_mm
+        return self.layers[layer].surface.level - self.layers[layer - 1].surface.level
+
     def thickness_at(self, layer: int, points: Floats) -> Floats:
         """Thickness of the bead at points of a layer.
 
