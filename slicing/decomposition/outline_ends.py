@@ -2,7 +2,7 @@
 
     outline = carried_through(solid, body_outline(bands))       # frame: z is the axis
 
-Part frame, mm.
+Lengths in mm.
 """
 
 from __future__ import annotations
