@@ -192,6 +192,21 @@ def test_streams_that_are_closed_from_the_start() -> None:
     assert subprocess.run(["sh", "-c", command], cwd=root, check=False).returncode == 2
 
 
+@pytest.mark.skipif(os.name != "posix", reason="closed streams are the shell's")
+def test_no_file_gets_the_number_of_a_closed_stream(tmp_path: Path) -> None:
+    """What a library prints by that number would be in the file."""
+    program = """
+import os, sys
+from cell.streams import standard_streams
+for number in range(3):
+    os.close(number)
+with standard_streams(), open(sys.argv[1], "w") as file:
+    file.write(str(file.fileno()))
+"""
+    subprocess.run([sys.executable, "-c", program, str(tmp_path / "number")], cwd=ROOT, check=False)
+    assert int((tmp_path / "number").read_text()) > 2
+
+
 @pytest.mark.parametrize(
     "argv",
     [
