@@ -245,6 +245,30 @@ def test_no_check_is_begun_that_would_not_end_in_time(left_s, has, monkeypatch):
     assert search.left == (3 if has else 0)
 
 
+@pytest.mark.parametrize(
+    ("bad", "unseen", "checked", "said"),
+    [
+        (set(), 0, "part", "(checked: whole part feasible)"),
+        ({7}, 0, "group", "(checked: these 2 targets feasible, 1 of the part not)"),
+        ({7, 8, 9}, 2, "group", "(checked: these 2 targets feasible, 1 of the part not, 2 not checked)"),
+    ],
+)
+def test_a_remedy_says_what_its_check_found(bad, unseen, checked, said):
+    class Tilt:
+        def words(self, was, to):
+            return f"E1 {was} -> {to}"
+
+        def effort(self, size):
+            return size
+
+    change = Tilt()
+    start = SimpleNamespace(describe=lambda change, size: {"key": "table.E1_deg", "from": 0.0, "to": size})
+    search = SimpleNamespace(checked={(change, 5.0): bad}, unseen={(change, 5.0): unseen}, start=start)
+    found = remedies_module._RemedySearch._remedy(search, change, 5.0, np.array([2, 3]), "gravity")
+    assert (found.checked, found.left) == (checked, len(bad) - unseen)
+    assert found.sentence == f"E1 0.0 -> 5.0 {said}"
+
+
 def test_nothing_is_searched_for_what_no_change_of_the_cell_mends(make_case, monkeypatch):
     found = check_fixed(prepare(load_case(make_case(**FEW, roll={"fixed_deg": 0}))), 90, 180)
     rows, lost = list(found.rows), [2, 3, 9]
