@@ -2,11 +2,11 @@
 
 Nodes are target x roll x configuration; an edge joins neighbouring targets where the roll moves at most one sample (or
 as far as :class:`Allowance` says), no joint moves further than is allowed, and the joints are fast enough for the
-deposition. A dynamic programme finds the cheapest way through; where there is none it says between which targets the
-way is cut::
+deposition. A dynamic programme finds the cheapest path; where there is none it says between which targets the path is
+cut::
 
     runs = best_runs(q, cost, times, speed, circular=True)
-    for run in runs:                       # stretches that can be run through, in order
+    for run in runs:                       # stretches with one continuous path, in order
         run.start, run.nodes               # nodes (t, 3): roll, branch, whole turns of every target
 
 A branch of the closed form is never left inside a run. Radians.
@@ -38,7 +38,7 @@ Edge = tuple[tuple[int, int, int], tuple[int, int, int]]
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A stretch of targets with one way through.
+    """A stretch of targets with one continuous path.
 
     Attributes:
         start: first target.
@@ -58,7 +58,7 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Allowance:
-    """What an edge may do at a price.
+    """Moves of the roll that an edge may make at a cost.
 
     Attributes:
         usual_step: a joint that moves further makes an edge expensive, (t - 1,), rad.
@@ -99,7 +99,7 @@ def best_runs(
     start_cost: Floats | None = None,
     allowance: Allowance | None = None,
 ) -> list[Run]:
-    """The cheapest ways along a bead, in as few runs as possible.
+    """The cheapest paths along a bead, in as few runs as possible.
 
     Args:
         q: configurations, (t, r, g, k, n), rad; NaN where there is none.
@@ -259,7 +259,7 @@ def _shifted(values: Floats, shifts: Ints, circular: bool) -> Floats:
 
 
 def move_price(slowest: Floats, total: Floats) -> Floats:
-    """What a motion costs, s: the time of its slowest joint, and a share of the times of all joints added up."""
+    """Cost of a motion, s: the time of its slowest joint, plus a share of the sum of all joints' times."""
     return slowest + OTHERS * total
 
 

@@ -42,11 +42,14 @@ COORDINATED = "cell/verdict/test_coordinated.py"
 INDEXED = "cell/verdict/test_indexed.py"
 BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
+ROUND_SECTORS = "slicing/deposits/test_round_sectors.py"
+PLANAR_METAL = "slicing/deposits/test_planar_metal.py"
 PROMISED = "acceptance/test_promised_numbers.py"
 SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
-ENDLESS = "cell/programs/running/test_endless_axes.py"
+MUTATED = "cell/programs/test_program_mutations.py"
+ENDLESS, CIRCLES = "cell/programs/running/test_endless_axes.py", "cell/programs/running/test_circles.py"
 NEAR_BEADS = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
@@ -194,6 +197,18 @@ MUTANTS = (
     Mutant("cell/collision/blend_bisection.py", "if len(open_.step) and not lost:", "if False:", (ROUNDINGS,)),
     Mutant("cell/programs/running/program_path.py", "if held is not None and held != status & STATUS_BITS:", "if False:", (STATUS,)),
     Mutant("cell/programs/running/configuration_tracking.py", "(ELBOW if elbow else 0)", "ELBOW", (STATUS,)),
+    Mutant("cell/verification/collisions.py", " & (off @ feed[end] <= PUSHED)", "", (MUTATED,)),
+    Mutant("cell/verification/collisions.py", "PUSHED = 0.5e-3", "PUSHED = 5e-3", (MUTATED,)),
+    Mutant("cell/programs/running/program_path.py", "        self._refuse_open_turns(turn)\n", "", (CIRCLES,)),
+    Mutant("cell/programs/running/program_path.py", " | (at_angle & (turn > AS_GIVEN))", "", (CIRCLES,)),
+    Mutant("cell/programs/running/program_path.py", "(turn > np.pi - HALF_TURN) | ", "", (CIRCLES,)),
+    Mutant("cell/programs/running/program_path.py", "        self._refuse_flat_circles(start[:, :3, 3], via, programmed)\n", "", (CIRCLES,)),
+    Mutant("cell/programs/running/interpolation.py", "(at_angle | ~between)", "at_angle", (CIRCLES,)),
+    Mutant("cell/programs/running/interpolation.py", "(at_angle | ~between)", "~between", (CIRCLES,)),
+    Mutant("cell/programs/running/interpolation.py", " & (np.minimum(a, c) > SURE)", "", (CIRCLES,)),
+    Mutant("cell/programs/krl/moving.py", "    if turns_the_longer_way(start, via, end):", "    if False:", (CIRCLES,)),
+    Mutant("cell/programs/krl/moving.py", "    if begins is None:\n        raise refuse(scope.where, \"SCIRC", "    if begins is None:\n        return\n        raise refuse(scope.where, \"SCIRC", (CIRCLES,)),
+    Mutant("cell/programs/orientation.py", "return off > angle / 2 + LOOSE", "return off > np.pi", (CIRCLES,)),
     Mutant("cell/programs/program_check.py", "for move in run.program.stands:", "for move in ():", (PROGRAMS,)),
     Mutant("cell/programs/krl/state.py", "            self.stands.append(len(self))\n", "", (ELSEWHERE,)),
     Mutant("cell/programs/krl_modules.py", "cut = stop or len(part)", "cut = len(part)", (WRITTEN,)),
@@ -269,6 +284,11 @@ MUTANTS = (
     Mutant("cell/job/job.py", "shape.hulls | pieces_beside(part.beside_profile)", "shape.hulls", (BESIDE,)),
     Mutant("cell/job/job.py", "all(one.parameters.strategy != \"revolved\" for one in self.sliced)", "True", (METAL,)),
     Mutant("cell/job/job.py", "shape.hulls | rest_of_built([s.mesh for s, _ in built], shape.hulls)", "shape.hulls", (BUILT,)),
+    Mutant("slicing/layers/layer.py", "return self.parameters.h_layer_mm\n        return self.layers[layer]", "return 0.0\n        return self.layers[layer]", (PLANAR_METAL,)),
+    Mutant("slicing/layers/layer.py", "return self.layers[layer].surface.level - self.layers[layer - 1].surface.level", "return 0.0", (PLANAR_METAL,)),
+    Mutant("slicing/deposits/part_shape.py", "return np.concatenate([flat, flat - surface.distance(flat)[:, None] * surface.normals(flat)])", "return flat", (ROUND_SECTORS,)),
+    Mutant("slicing/deposits/part_shape.py", "    if np.abs(off).max() <= SIMPLIFY_MM:", "    if True:", (ROUND_SECTORS,)),
+    Mutant("slicing/deposits/part_shape.py", "only_areas(shapely.make_valid(shapely.Polygon(flat)))", "shapely.Polygon(flat)", (PLANAR_METAL,)),
     Mutant("cell/job/built_solids.py", 'of_it = ("body/", f"built/{solid.name}/")', 'of_it = ("body/", "built/")', (BUILT,)),
     Mutant("slicing/toolpaths/bead_hulls.py", "further[1:-1] = half * np.sqrt(", "further[1:-1] = 0.0 * np.sqrt(", ("slicing/toolpaths/test_bead_hulls.py",)),
     Mutant("slicing/toolpaths/bead_hulls.py", "_across(step, n[:-1], t[:-1]), _across(step, n[1:], t[1:])", "t[:-1], t[1:]", ("slicing/toolpaths/test_bead_hulls.py",)),

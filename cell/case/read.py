@@ -73,7 +73,8 @@ def _read(path: Path, read: list[Path]) -> object:
         named = (
             "" if is_path(str(path)) else f", and no shipped case of that name; there are {', '.join(shipped_cases())}"
         )
-        raise InputError(f"{path}: no such file{named}") from None
+        by = f"{read[-1]}: extends: " if read else ""
+        raise InputError(f"{by}{path}: no such file{named}") from None
     except UnicodeDecodeError as error:
         line = raw[: error.start].count(b"\n") + 1
         raise InputError(f"{path}, line {line}: not UTF-8 text; save the file as UTF-8") from None

@@ -1,4 +1,4 @@
-"""The search of one bead: a way through its nodes, checked where it leads, until one is free or there is none.
+"""The full search of one bead: paths through its nodes are checked one by one, until one is free or none is left.
 
     plan = BeadSearch(bead, nodes).run(q_before)
     plan.whole, plan.stretches, plan.edge_failures, plan.target_failures    # what failed, by target
@@ -144,7 +144,7 @@ class BeadSearch:
         )
 
     def _given_up(self) -> list[Run]:
-        """Every target by itself, in a configuration known to be free: of the way between them nothing is claimed."""
+        """Every target by itself, in a configuration known to be free; the motion between them is not checked."""
         self._judge_targets(np.arange(len(self.deposits_laid)))
         best = self.cost.reshape(len(self.deposits_laid), -1).argmin(axis=1)
         nodes = np.stack(np.unravel_index(best, self.cost.shape[1:]), axis=1)
@@ -168,7 +168,7 @@ class BeadSearch:
         return bool(hit.any())
 
     def _may_be_whole(self) -> bool:
-        """Whether each target still has a node: a way that nothing will run along need not be the clearest."""
+        """Whether each target still has a node; if not, the path is not used, so any will do."""
         return bool(np.isfinite(self.cost).any(axis=(1, 2, 3)).all())
 
     def _check(self, index: Ints) -> np.ndarray:
@@ -207,14 +207,14 @@ class BeadSearch:
         self._judged[todo] = True
 
     def lost_alone(self) -> dict[int, TargetFailure]:
-        """Targets without any node that is free, each checked by itself, with why; counted in the whole part."""
+        """Targets without a free node, each checked by itself, with the reason; by number in the whole part."""
         every = np.arange(len(self.deposits_laid))
         self._judge_targets(every, whole=False)
         lost = every[~np.isfinite(self.cost).any(axis=(1, 2, 3))].tolist()
         return {self.first + i: lost for i, lost in self._target_failures(lost).items()}
 
     def _block_broken_edges(self, runs: list[Run]) -> bool:
-        """Follow the edges of the runs that have not been followed; block those that do not hold. True if any."""
+        """Check the edges of the runs that are not checked yet; block those that fail. True if there are any."""
         todo: list[tuple[int, Edge]] = []
         for run in runs:
             nodes = [tuple(node) for node in run.nodes.tolist()]
@@ -348,7 +348,7 @@ class BeadSearch:
         )
 
     def _target_failures(self, lost: list[int]) -> dict[int, TargetFailure]:
-        """Why targets have no node that could be used."""
+        """Why targets have no allowed node."""
         bare = [i for i in lost if not np.isfinite(self.nodes.cost[i]).any()]
         out = {i: self._colliding(i) for i in lost if i not in bare}
         proofs = self._proofs(bare)

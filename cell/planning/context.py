@@ -1,4 +1,4 @@
-"""What the searches for a motion share: the arm, the targets, the cell at a table pose, and what is to be kept.
+"""What the searches for a motion share: the arm, the targets, the cell at a table pose, and limits and margins.
 
     context = Context.of(job, table)            # E1, E2 in rad
     context.describe(clearances, k)             # a collision as a failure
@@ -92,7 +92,7 @@ LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be s
 
 @dataclass(frozen=True)
 class Settings:
-    """What a plan keeps to.
+    """Limits, margins and speeds of a plan.
 
     Attributes:
         clearance: least distance of everything from everything, m.
@@ -122,7 +122,7 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """Targets that are planned together, and where the arm comes from and goes to.
+    """Targets that are planned together, and the configurations before and after them.
 
     Attributes:
         first: the first of them.
@@ -176,7 +176,7 @@ class Context:
     def of(
         cls, job: Job, table: tuple[float, float], settings: Settings | None = None, span: Span | None = None
     ) -> Context:
-        """Everything that a job is planned with at a table pose.
+        """The context of a job at a table pose.
 
         Args:
             job: from ``cell.job.job.prepare``.
@@ -209,7 +209,7 @@ class Context:
 
     @classmethod
     def along(cls, job: Job, tables: Floats, settings: Settings | None = None) -> Context:
-        """Everything that a job is planned with where the table moves along the beads.
+        """The context of a job whose table moves along the beads.
 
         Args:
             job: from ``cell.job.job.prepare``.
@@ -266,7 +266,7 @@ class Context:
 
     @property
     def asked(self) -> int:
-        """Configurations that collision detection has been asked about."""
+        """Number of configurations queried so far."""
         return self.checker.asked.count + self.screen.asked.count
 
     @property
@@ -280,7 +280,7 @@ class Context:
         return wire_checker(self.checker)
 
     def without(self, deposits: Collection[int]) -> Context:
-        """The same where some deposits do not count."""
+        """The same context without some deposits."""
         scene, table = self.checker.scene, self.checker.table
         checker = Checker(scene, table, self.checker.reach, deposits)
         screen = Checker(scene, table, self.screen.reach, deposits, beside=checker)

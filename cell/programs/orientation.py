@@ -10,13 +10,16 @@ R = Rz(A) Ry(B) Rx(C): the axes are turned about z, then about the new y, then a
 
 from __future__ import annotations
 
-from math import cos, pi, tau
+from math import atan2, cos, pi, tau
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ik.chain import Floats
 
 DEGENERATE = 2e-7  # rad from B = +-90 degrees, within which A and C turn about one axis
+SAME_ORIENTATION = 1e-3  # rad: between orientations that are this near there is one way
+LOOSE = np.deg2rad(15.0)  # by which an auxiliary point may be oriented beyond the way that it stands for
 ROUNDING_ANGLE = 4e-7  # rad: angles are left as they are given where others are not nearer by more than rounding
 
 
@@ -74,6 +77,27 @@ def frames_of_poses(pose: Floats) -> Floats:
 def pose_of(T: Floats) -> Floats:
     """Matrices as poses: the inverse of :func:`frames_of_poses`, with the angles of :func:`abc_of`."""
     return np.concatenate((T[..., :3, 3], abc_of(T[..., :3, :3])), axis=-1)
+
+
+def turns_the_longer_way(start: Floats, via: Floats, end: Floats) -> bool:
+    """Whether an orientation on the way speaks for the longer of the two ways round from one to another.
+
+    Args:
+        start: (3, 3).
+        via: (3, 3).
+        end: (3, 3).
+
+    Returns:
+        Whether it lies beyond the shorter way by more than ``LOOSE``; False where start and end are the same.
+    """
+    way = Rotation.from_matrix(start.T @ end).as_rotvec()
+    angle = float(np.linalg.norm(way))
+    if angle < SAME_ORIENTATION:
+        return False
+    x, y, z, w = Rotation.from_matrix(start.T @ via).as_quat()
+    nearest = 2 * atan2(float(np.array([x, y, z]) @ way) / angle, w)  # on the circle of both ways
+    off = abs((nearest - angle / 2 + pi) % tau - pi)  # from the middle of the shorter one
+    return off > angle / 2 + LOOSE
 
 
 def run_on(abc: tuple[float, float, float], before: tuple[float, float, float]) -> tuple[float, float, float]:

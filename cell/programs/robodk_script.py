@@ -41,11 +41,12 @@ MAIN = '''
 def build(station):
     """Make the tool, the frames, the targets and the program."""
     robot = station.Item(ROBOT, robolink.ITEM_TYPE_ROBOT)
-    table = station.Item(TABLE, robolink.ITEM_TYPE_FRAME) if TABLE else 0
+    still = robot.Parent()  # the arm's base frame
+    table = station.Item(TABLE, robolink.ITEM_TYPE_FRAME) if TABLE else still
     tools = [robot.AddTool(robomath.KUKA_2_Pose(pose), name) for name, pose in TOOLS]
     bases = []
     for name, pose, coupled in BASES:
-        frame = station.AddFrame(name, table if coupled else 0)
+        frame = station.AddFrame(name, table if coupled else still)
         frame.setPose(robomath.KUKA_2_Pose(pose))
         bases.append(frame)
     program = station.AddProgram(NAME, robot)
@@ -73,7 +74,7 @@ def build(station):
         change("speed", speed, program.setSpeed)
         change("share", share, lambda s: program.setSpeedJoints(s * JOINT_SPEED))
         change("rounding", rounding if rounding > 0 else -1, program.setRounding)
-        frame = 0 if base is None else bases[base]
+        frame = still if base is None else bases[base]
         made = []
         for name, at in (("V%i" % number, via), ("P%i" % number, pose)):
             if at is None:

@@ -33,6 +33,7 @@ from .arm_clearances import ArmSeen
 from .bead_order import Finding
 from .bead_samples import SampledMotion
 
+PUSHED = 0.5e-3  # m along the wire beyond a bead's end: from there on it is pushed into what lies below
 OUT_MM = 1.0  # beyond a layer's thickness: its shape as it collides is a little larger
 
 
@@ -149,21 +150,30 @@ def _wires_in_metal(job: Job, motion: Motion, sampled: SampledMotion) -> list[Fi
 
 
 def _across(job: Job, motion: Motion, sampled: SampledMotion) -> NDArray[np.bool_]:
-    """Samples with the arc off that are off the bead just welded, and not yet at the next one."""
+    """Samples with the arc off that are off the bead just welded, and not yet at the next one.
+
+    So are those at a bead's end at which the wire is pushed further on than it was there.
+    """
     # out of the layer just laid at least, which stands about its tip
     layer = float(job.targets.thickness_mm.max(initial=0.0)) + OUT_MM
     near = max(job.case.process.retract_mm, layer) * METRES_PER_MM + NO_MOVE
     off = ~motion.welding[sampled.row]
     out = off.copy()
-    p = sampled.Ts_part_tcp[:, :3, 3]
+    p, feed = sampled.Ts_part_tcp[:, :3, 3], sampled.Ts_part_tcp[:, :3, 2]
+
+    def at_end(here: Floats, end: int) -> NDArray[np.bool_]:
+        """Whether places are near a sample at a bead's end, and not beyond it along the wire."""
+        off = here - p[end]
+        return (np.linalg.norm(off, axis=1) <= near) & (off @ feed[end] <= PUSHED)
+
     ends = np.flatnonzero(np.diff(off, prepend=False, append=False))
     for a, b in zip(ends[::2], ends[1::2], strict=True):
         here = p[a:b]
         if motion.arc[sampled.row[a]]:
-            out[a:b] &= ~np.logical_and.accumulate(np.linalg.norm(here - here[0], axis=1) <= near)
-        last = p[min(b, len(p) - 1)]
+            out[a:b] &= ~np.logical_and.accumulate(at_end(here, a))
+        last = min(b, len(p) - 1)
         if motion.arc[sampled.row[b - 1] + 1]:
-            out[a:b] &= ~np.logical_and.accumulate(np.linalg.norm(here - last, axis=1)[::-1] <= near)[::-1]
+            out[a:b] &= ~np.logical_and.accumulate(at_end(here, last)[::-1])[::-1]
     return out
 
 

@@ -34,7 +34,8 @@ from .triggers import trigger_statements
 from .values.evaluation import ImportedValue
 from .values.value_types import structure
 
-CIRCLES = frozenset(("CIRC", "CIRC_REL", "SCIRC", "SCIRC_REL"))
+SPLINE_CIRCLES = frozenset(("SCIRC", "SCIRC_REL"))
+CIRCLES = frozenset(("CIRC", "CIRC_REL")) | SPLINE_CIRCLES
 LINES = frozenset(("LIN", "LIN_REL", "SLIN", "SLIN_REL", "SPL"))
 MOTIONS = CIRCLES | LINES | {"PTP", "PTP_REL", "SPTP", "SPTP_REL"}
 BLENDS = frozenset(("C_PTP", "C_DIS", "C_VEL", "C_ORI", "C_SPL"))

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from ..orientation import frames_of_poses, pose_of
+from ..orientation import frames_of_poses, pose_of, turns_the_longer_way
 from ..program import MoveKind
 from .expressions import Variable
 from .lexing import quoted, refuse
-from .line_forms import CIRCLES
+from .line_forms import CIRCLES, SPLINE_CIRCLES
 from .setting import check_modes
 from .state import NAN, ControllerState, Destination
 from .statements import MotionStatement
@@ -57,6 +57,7 @@ def move(state: ControllerState, motion: MotionStatement, where: tuple[int, int]
         raise refuse(scope.where, "goes to a point without a component")
     external = _external(state, end, word, scope)
     _doubt(state, end)
+    begins = _begins(state, points[0], word, scope) if word in SPLINE_CIRCLES else None
     if word.endswith("_REL"):
         to = _relative(state, motion, points, scope)
     elif word in ("PTP", "SPTP"):
@@ -66,6 +67,8 @@ def move(state: ControllerState, motion: MotionStatement, where: tuple[int, int]
     kind = MoveKind.CIRCULAR if word in CIRCLES else MoveKind.LINEAR
     if word.startswith(("PTP", "SPTP")):
         kind = MoveKind.AXES
+    if word in SPLINE_CIRCLES:
+        _check_way_round(begins, to, scope)
     if kind != MoveKind.AXES:
         circular = ("$CIRC_TYPE",) if kind == MoveKind.CIRCULAR else ()
         check_modes(state, ("$IPO_MODE", "$ORI_TYPE", *circular), scope)
@@ -76,6 +79,39 @@ def move(state: ControllerState, motion: MotionStatement, where: tuple[int, int]
     state.add(kind, to, motion.blends, external, where)
     if to.angle == to.angle:
         state.pose = None  # it ends at an angle of its circle, not at its point
+
+
+def _begins(state: ControllerState, auxiliary: dict[str, float], word: str, scope: Scope) -> list[float] | None:
+    """Where the circle begins whose auxiliary point is oriented; None where it is not known, or need not be."""
+    given = {"A", "B", "C"} & auxiliary.keys()
+    if 0 < len(given) < 3 and not word.endswith("_REL"):
+        raise refuse(scope.where, "SCIRC: its auxiliary point gives some of A B C and not the others")
+    _need_frames(state, scope)
+    return position_now(state, scope) if given else None
+
+
+def _check_way_round(begins: list[float] | None, to: Destination, scope: Scope) -> None:
+    """Refuse a circle of the spline kind on which the tool may turn the longer way round.
+
+    Of the two ways from one orientation to the other such a circle takes the one that its auxiliary point's orientation
+    is nearer to ($CIRC_MODE.AUX_PT.ORI = #CONSIDER, what holds where nothing is set); only the shorter one is run here.
+
+    Raises:
+        InputError: that orientation is nearer to the longer way, or it is not known where the circle begins.
+    """
+    assert to.pose is not None
+    assert to.via is not None
+    if any(math.isnan(x) for x in to.via[3:]):
+        return
+    if begins is None:
+        raise refuse(scope.where, "SCIRC: the orientation where it begins is not known; lead it there by a LIN")
+    start, via, end = (frames_of_poses(np.array(pose))[:3, :3] for pose in (begins, to.via, to.pose))
+    if turns_the_longer_way(start, via, end):
+        raise refuse(
+            scope.where,
+            "SCIRC: its auxiliary point is oriented as on the longer way round from its beginning to its end, and only "
+            "the shorter one is supported; divide the circle",
+        )
 
 
 def position_now(state: ControllerState, scope: Scope) -> list[float] | None:
@@ -259,9 +295,8 @@ def _relative(
     # both points of a circle count from where it begins
     via = _stepped(held, points[0], motion, scope)
     angle = NAN if motion.angle is None else math.radians(number(evaluate(motion.angle, scope), scope))
-    return Destination(
-        pose=pose, via=[*via[:3], NAN, NAN, NAN], angle=angle, read=motion.frame == "#TOOL" or state.angles_read
-    )
+    via[3:] = via[3:] if motion.frame == "#TOOL" and word in SPLINE_CIRCLES else [NAN] * 3
+    return Destination(pose=pose, via=via, angle=angle, read=motion.frame == "#TOOL" or state.angles_read)
 
 
 def _stepped(held: list[float], by: dict[str, float], motion: MotionStatement, scope: Scope) -> list[float]:

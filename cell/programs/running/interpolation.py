@@ -3,6 +3,7 @@
 Use:
 
     T = on_lines(T_start, T_end, share)       # (m, 4, 4), (m, 4, 4), (m,) 0 to 1
+    unsure_circles(start, via, end, at_angle)  # (m,) those that their three points do not settle
     arcs = Circles.through(start, via, end)   # (m, 3) each
     arcs.at(share), arcs.length               # (m, 3), (m,) m
 
@@ -19,11 +20,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ik.chain import Floats
 
-STRAIGHT = 1e-9  # m^2: less area between three points is a line
+STRAIGHT = 1e-7  # m: an arc whose auxiliary point is nearer to the chord is the chord
+SURE = 1e-5  # m: three points nearer to a line make no sure circle, since programs and controllers round them
 
 
 def turned_shares(R_start: Floats, R_end: Floats, share: Floats) -> Floats:
@@ -69,6 +72,31 @@ def on_lines(T_start: Floats, T_end: Floats, share: Floats) -> Floats:
     return T
 
 
+def unsure_circles(start: Floats, via: Floats, end: Floats, at_angle: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Circles that three points nearly in a line, or at one place, do not settle, (m,).
+
+    Where the auxiliary point is between the others and the circle ends at its end, the arc is their chord all the same.
+
+    Args:
+        start: (m, 3), m.
+        via: auxiliary points, (m, 3), m.
+        end: (m, 3), m.
+        at_angle: whether the circle ends at an angle of its own (CA), (m,).
+    """
+    a, b, c = (np.linalg.norm(side, axis=1) for side in (via - start, end - start, end - via))
+    between = (b >= np.maximum(a, c)) & (np.minimum(a, c) > SURE)
+    out: NDArray[np.bool_] = (_height(start, via, end) <= SURE) & (at_angle | ~between)
+    return out
+
+
+def _height(start: Floats, via: Floats, end: Floats) -> Floats:
+    """Least height of the triangle of three points, (m,), m."""
+    sides = np.stack([np.linalg.norm(side, axis=1) for side in (via - start, end - start, end - via)])
+    area = np.linalg.norm(np.cross(via - start, end - start), axis=1)
+    out: Floats = area / np.maximum(sides.max(axis=0), np.finfo(float).tiny)
+    return out
+
+
 @dataclass(frozen=True, eq=False)
 class Circles:
     """Arcs of circles, one a row.
@@ -95,7 +123,7 @@ class Circles:
         a, b = via - start, end - start
         n = np.cross(a, b)
         area = np.linalg.norm(n, axis=1)
-        flat = area < STRAIGHT
+        flat = _height(start, via, end) <= STRAIGHT
         safe = np.where(flat, 1.0, area)[:, None]
         n = np.where(flat[:, None], np.array([0.0, 0.0, 1.0]), n / safe)
         squares = (a**2).sum(axis=1)[:, None] * b - (b**2).sum(axis=1)[:, None] * a

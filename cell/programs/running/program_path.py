@@ -28,11 +28,13 @@ from ..orientation import frames_of_poses
 from ..program import MoveKind, Program
 from .configuration_tracking import ConfigurationTracker
 from .external_axes import table_ends
-from .interpolation import Circles, angles_between, on_lines
+from .interpolation import Circles, angles_between, on_lines, unsure_circles
 
 OFF, TURNED = 4e-6, np.deg2rad(0.004)  # m and rad that a straight line of the axes is off the programmed way at most
 STEP, TURN = 2e-3, np.deg2rad(1.0)  # between the samples that are begun with
 HALVINGS = 9  # of a step between them
+HALF_TURN = np.deg2rad(0.5)  # from half a turn, within which either way may be the shorter one
+AS_GIVEN = np.deg2rad(0.05)  # a turn of the tool that is rounding
 POSE_NUMBERS = 6  # of X Y Z A B C
 STATUS_BITS = 7  # of S, which say the configuration; more say how the point was taught
 AXES_STEP = np.deg2rad(1.0)  # between samples of a move of axes
@@ -246,8 +248,42 @@ class _CartesianMoves:
         straight = np.linalg.norm(self.T_end[:, :3, 3] - self.T_start[:, :3, 3], axis=1)
         self.length = np.where(self.circle, self.arcs.length, straight)
         turn = angles_between(self.T_start[:, :3, :3], self.T_end[:, :3, :3])
+        self._refuse_open_turns(turn)
         self.turn = np.maximum(turn, np.abs(self.ext_end - self.ext_start).max(axis=1))
         self.n = n
+
+    def _refuse_open_turns(self, turn: Floats) -> None:
+        """Refuse moves whose orientation may be another than the one that is known here.
+
+        Raises:
+            InputError: half a turn, or a circle that ends at an angle and turns the tool; one line.
+        """
+        at_angle = self.circle & np.isfinite(self.walk.moves.arc_angle[self.move])
+        for k in np.flatnonzero((turn > np.pi - HALF_TURN) | (at_angle & (turn > AS_GIVEN))).tolist():
+            degrees = float(np.rad2deg(turn[k]))
+            why = f"turns the tool by {degrees:.6g} deg: it may go either way round; add a point in between"
+            if at_angle[k]:
+                why = (
+                    f"a circle that ends at an angle (CA) and turns the tool, by {degrees:.6g} deg: whether the "
+                    "orientation of its point holds there or at the angle is not known; keep the orientation"
+                )
+            raise InputError(f"{move_label(self.walk.program, int(self.move[k]))}: {why}")
+
+    def _refuse_flat_circles(self, start: Floats, via: Floats, end: Floats) -> None:
+        """Refuse circles whose three points lie so nearly in a line, or at one place, that they make no sure circle.
+
+        A short arc that hardly leaves its chord is left: it is that chord.
+
+        Raises:
+            InputError: which; one line.
+        """
+        angle = self.walk.moves.arc_angle[self.move]
+        for k in np.flatnonzero(self.circle & unsure_circles(start, via, end, np.isfinite(angle))).tolist():
+            raise InputError(
+                f"{move_label(self.walk.program, int(self.move[k]))}: where the circle begins, its auxiliary point and "
+                "its end are nearly in a line, or two of them are at one place: they make no sure circle; a full "
+                "circle takes two, or an angle (CA)"
+            )
 
     def _arcs(self) -> Circles:
         """The circles; one that ends at an angle of its own (CA) ends there, and the next move begins there."""
@@ -269,6 +305,7 @@ class _CartesianMoves:
                     )
                 start[k + 1, :3, 3] = own.end[0]
                 via[k + 1] = via[k + 1] if self.circle[k + 1] else own.end[0]
+        self._refuse_flat_circles(start[:, :3, 3], via, programmed)
         arcs = Circles.through(start[:, :3, 3], via, programmed)
         for k in turned:
             arcs = arcs.turned(k, angle[k])

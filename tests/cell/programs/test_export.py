@@ -26,7 +26,7 @@ from cell.programs.export import export_program
 from cell.programs.from_motion import PointThinning, _cut_beads, _farthest, _size_warnings, program_of_motion
 from cell.programs.orientation import frames_of_poses
 from cell.programs.pose_rows import pose_rows
-from cell.programs.program import Event, EventKind, MoveKind
+from cell.programs.program import Event, EventKind, MoveKind, Program
 from cell.programs.robodk_script import robodk_script
 from cell.programs.round_trip import OFF, TURNED, compared, difference_of
 from cell.programs.running.simulate import run_program
@@ -255,10 +255,9 @@ class Station:
         return call
 
 
-def test_the_robodk_script_makes_every_target_with_its_external_axes() -> None:
+def built_in_robodk(program: Program) -> list[tuple[Any, ...]]:
+    """The calls that the script of a program makes: of what, which, with what, and what came of it."""
     robomath = pytest.importorskip("robodk.robomath")
-    boss = boss_program()
-    program = boss.made.written.program
     calls: list[tuple[Any, ...]] = []
     link = types.ModuleType("robolink")
     for n, name in enumerate(("ITEM_TYPE_ROBOT", "ITEM_TYPE_FRAME", "INSTRUCTION_CALL_PROGRAM", "INSTRUCTION_COMMENT")):
@@ -277,6 +276,12 @@ def test_the_robodk_script_makes_every_target_with_its_external_axes() -> None:
                 del sys.modules[name]
             else:
                 sys.modules[name] = module
+    return calls
+
+
+def test_the_robodk_script_makes_every_target_with_its_external_axes() -> None:
+    program = boss_program().made.written.program
+    calls = built_in_robodk(program)
     moves = program.moves
     made = [(method, args) for _, method, args, _ in calls]
     assert [m[4] for m, _ in made if m in ("MoveJ", "MoveL")] == ["JL"[k] for k in moves.kind]
@@ -299,6 +304,16 @@ def test_the_robodk_script_makes_every_target_with_its_external_axes() -> None:
     assert called == ["ARC_ON", "ARC_OFF"] * 3
     table = [args for name, method, args, item in calls if method == "AddFrame"]
     assert table[0][1].name.startswith("Item Table")
+
+
+def test_a_base_that_no_table_moves_stands_in_the_arms_base_in_robodk() -> None:
+    program = boss_program().made.written.program
+    still = replace(program, bases=tuple(replace(base, coupled=False) for base in program.bases))
+    calls = built_in_robodk(still)
+    parents = {args[1].name for _, method, args, _ in calls if method == "AddFrame"}
+    parents |= {args[1].name for _, method, args, _ in calls if method == "AddTarget" and "Frame" not in args[1].name}
+    assert parents == {"Parent"}  # of the arm: the station's own frame may be anywhere
+    assert [name for name, method, _, _ in calls if method == "Parent"] == ["Item"]
 
 
 def test_the_points_say_how_long_the_arm_waits_at_them(tmp_path: Path) -> None:

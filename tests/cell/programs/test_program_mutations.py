@@ -105,6 +105,30 @@ def test_a_wrong_digit_is_found_with_its_line(what: str, tmp_path: Path) -> None
     assert (file, line) in {(f.line.file, f.line.number) for f in result.findings if f.reason == reason and f.line}
 
 
+PUSHED = {  # further along the wire than it is where the arc goes on or off, and back; where that is found
+    "into what lies below, and across": (
+        r"^ARC_OFF.*\n",
+        r"\g<0>LIN_REL {Z 4} #TOOL\nLIN_REL {Y -12}\nLIN_REL {Z -4} #TOOL\n",
+    ),
+    "into what lies below": (r"^ARC_ON.*\n", r"LIN_REL {Z 2} #TOOL\nLIN_REL {Z -2} #TOOL\n\g<0>"),
+}
+
+
+@pytest.mark.parametrize("what", PUSHED)
+def test_a_wire_that_is_pushed_into_the_part_beside_a_bead_is_found(what: str, tmp_path: Path) -> None:
+    pattern, new = PUSHED[what]
+    result = boss_program().read(tmp_path, edited(pattern, new))
+    assert {f.reason for f in result.findings} == {"collision"}
+    assert {"torch_wire"} <= set(result.findings[0].failure.pair)
+    line = line_of(pattern) + new.startswith(r"\g<0>")
+    assert line in {f.line.number for f in result.findings if f.line}
+
+
+def test_a_wire_that_is_drawn_back_beside_a_bead_is_free(tmp_path: Path) -> None:
+    away = r"\g<0>LIN_REL {Z -4} #TOOL\nLIN_REL {Y -12}\nLIN_REL {Z -14} #TOOL\n"
+    assert boss_program().read(tmp_path, edited(r"^ARC_OFF.*\n", away)).feasible
+
+
 HARMLESS = {
     "the root as it is": everywhere(r"MACHINE_DEF\[2\].ROOT", "{X 1500,Y 0,Z 0,A -90,B 0,C 0}"),
     "a wait between a rounded corner and the arc": edited(
