@@ -539,4 +539,6 @@ MUTANTS = (
     Mutant("cell/collision/stick_out.py", " if (meets[geom] & met[part]).all()]", "]", (STICK_OUT,)),
     Mutant("cell/collision/stick_out.py", " if not any(left_out(model, geom, int(part[k])) for k in first)]", "]", (STICK_OUT,)),
     Mutant("cell/collision/stick_out.py", " or not scene.tool_geom[wires].all():", ":", (STICK_OUT,)),
+    Mutant("ik/bead_path.py", "return all(np.isin(np.flatnonzero(n), some).all()", "return any(np.isin(np.flatnonzero(n), some).all()", ("ik/test_bead_path.py",)),
+    Mutant("ik/bead_path.py", "index = np.flatnonzero(array != others)", "index = np.flatnonzero(array < others)", ("ik/test_bead_path.py",)),
 )  # fmt: skip
