@@ -45,7 +45,8 @@ MOST_LINE_SPEED = 2.0  # m/s of a line: what a controller takes
 FIRST_SHARE = 0.1  # of the axes' speed to the first point, from wherever the arm is
 SAME_RETRACTION = 1e-6  # m, likewise of where the torch is drawn back to
 JOINT_LINE = 1e-6  # rad that rows may be off the straight line of all axes
-MOST_TURN = float(np.deg2rad(120.0))  # of an endless axis in a move: from 180 deg on it would go the other way
+# of an endless axis, and of the TCP on a line, in a move: from 180 deg on it would go the other way
+MOST_TURN = float(np.deg2rad(120.0))
 WAIT = 1e-4  # s: rows at one place that last longer are a wait
 
 
@@ -359,7 +360,7 @@ class _Made:
         if (np.diff(share) < 0).any():
             return False
         limits, table = self.thinning, self.motion.table
-        if self._turns_too_far(a, b):
+        if self._turns_too_far(a, b) or angles_between(start[:3, :3], end[:3, :3]) > MOST_TURN:
             return False
         if (np.linalg.norm(p - start[:3, 3] - share[:, None] * way, axis=1) > limits.chord).any():
             return False
