@@ -23,7 +23,7 @@ def middle_and_half_width(one: Floats, other: Floats) -> tuple[Floats, Floats]:
 
 
 def sight(distance: Floats, radius: Floats | float, outside: NDArray[np.bool_]) -> Floats:
-    """Half angle under which a disc or ball is seen, asin(radius / distance); half a turn from inside of it."""
+    """Half the angle that a disc or ball subtends, asin(radius / distance); half a turn from inside of it."""
     half = np.full(distance.shape, np.pi)
     np.divide(radius, distance, out=half, where=outside)
     np.minimum(half, 1.0, out=half, where=outside)  # a rounding error beyond
@@ -69,7 +69,7 @@ def lead(constants: tuple[float, float, float], low: Floats, high: Floats) -> tu
 
 
 def azimuth(gamma: Floats, cap: Floats) -> Floats:
-    """How far the azimuth of a vector strays that stays within ``cap`` of one at the polar angle ``gamma``, rad.
+    """Greatest change of azimuth of a vector within ``cap`` of one at the polar angle ``gamma``, rad.
 
     The great circles through the pole that touch the cap stand asin(sin cap / sin gamma) from its middle's (right
     spherical triangle); where the cap holds a pole, any azimuth is possible.

@@ -2,11 +2,11 @@
 
 Nodes are target x roll x configuration; an edge joins neighbouring targets where the roll moves at most one sample (or
 as far as :class:`Allowance` says), no joint moves further than is allowed, and the joints are fast enough for the
-deposition. A dynamic programme finds the cheapest way through; where there is none it says between which targets the
-way is cut::
+deposition. A dynamic programme finds the cheapest path; where there is none it says between which targets the path is
+cut::
 
     runs = best_runs(q, cost, times, speed, circular=True)
-    for run in runs:                       # stretches that can be run through, in order
+    for run in runs:                       # stretches with one continuous path, in order
         run.start, run.nodes               # nodes (t, 3): roll, branch, whole turns of every target
 
 A branch of the closed form is never left inside a run. Radians.
@@ -15,7 +15,7 @@ A branch of the closed form is never left inside a run. Radians.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,13 +32,14 @@ SHIFTS = np.array([0, -1, 1])  # samples of the roll between neighbours; no chan
 LARGEST_STEP = np.deg2rad(60.0)  # a flip of wrist, elbow or shoulder turns some joint further
 COSTLY = 10.0  # s: what is tried last, a large turn of a joint or a speed that is not held
 TOGETHER = 1 << 16  # prices of moves that are worked out at once
+KEPT_BYTES = 100_000_000  # of prices that are kept for the next search
 SPANS = np.array([1, 2, 3, 5, 8, 13, 21, 34, 55, 89])  # samples that the roll may change by where it turns freely
 Edge = tuple[tuple[int, int, int], tuple[int, int, int]]
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A stretch of targets with one way through.
+    """A stretch of targets with one continuous path.
 
     Attributes:
         start: first target.
@@ -58,7 +59,7 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Allowance:
-    """What an edge may do at a price.
+    """Moves of the roll that an edge may make at a cost.
 
     Attributes:
         usual_step: a joint that moves further makes an edge expensive, (t - 1,), rad.
@@ -98,8 +99,9 @@ def best_runs(
     blocked: Mapping[int, set[Edge]] | None = None,
     start_cost: Floats | None = None,
     allowance: Allowance | None = None,
+    known: KnownPrices | None = None,
 ) -> list[Run]:
-    """The cheapest ways along a bead, in as few runs as possible.
+    """The cheapest paths along a bead, in as few runs as possible.
 
     Args:
         q: configurations, (t, r, g, k, n), rad; NaN where there is none.
@@ -111,6 +113,8 @@ def best_runs(
         blocked: edges that turned out impossible: ends of them by their first target.
         start_cost: added to the nodes of the first target, (r, g, k).
         allowance: what edges may do at a price; None: nothing.
+        known: prices from searches of the same configurations with the same limits, to which those are added that are
+            worked out here; None: none.
 
     Returns:
         Runs in order. Targets without any node belong to no run; two runs that touch are cut for want of an edge.
@@ -133,11 +137,16 @@ def best_runs(
     for i in range(1, len(q) + 1):
         open_here = np.isfinite(here)
         if i < len(q) and open_here.any():
-            if together == 1:
-                edges = _EdgePrices.of(nodes, (here[None], price[i : i + 1]), slice(i - 1, i), limits)
-            elif i - 1 >= edges.stop:
-                some = slice(i - 1, min(i - 1 + together, len(q) - 1))
-                edges = _EdgePrices.of(nodes, (price[some], price[some.start + 1 : some.stop + 1]), some, limits)
+            if i - 1 >= edges.stop:
+                seen = None if known is None else known.of_edge(i - 1, here, price[i])
+                if seen is None:
+                    some = slice(i - 1, min(i - 1 + together, len(q) - 1))
+                    begun = here[None] if together == 1 else price[some]
+                    ends = begun, price[some.start + 1 : some.stop + 1]
+                    seen = _EdgePrices.of(nodes, ends, some, limits)
+                    if known is not None:
+                        known.keep(seen)
+                edges = seen
             arrived, origin = edges.forward(i - 1, here, blocked.get(i - 1, set()), limits)
             total = arrived + price[i]
             if np.isfinite(total).any():
@@ -182,6 +191,15 @@ class _EdgePrices:
     kept: tuple[Ints, Ints, Ints]
     price: Floats
     expensive: Floats | None
+
+    def has(self, i: int, here: Floats, there: Floats) -> bool:
+        """Whether an edge is among them with all that leads from nodes to nodes: their costs (g, k, r)."""
+        if not self.start <= i < self.stop:
+            return False
+        a, b = (np.any(np.isfinite(cost), axis=-1) for cost in (here, there))  # (g, k)
+        both = np.any(a, axis=1) & np.any(b, axis=1)
+        needed = both, np.any(a[both], axis=0), np.any(b[both], axis=0)
+        return all(np.isin(np.flatnonzero(n), some).all() for n, some in zip(needed, self.kept, strict=True))
 
     @classmethod
     def none(cls) -> _EdgePrices:
@@ -247,6 +265,62 @@ class _EdgePrices:
         return best, origin
 
 
+@dataclass(frozen=True, eq=False)
+class _KeptArray:
+    """An array as few of whose values as there are that differ from all others."""
+
+    shape: tuple[int, ...]
+    others: float
+    index: NDArray[np.int32]
+    values: Floats
+
+    @classmethod
+    def of(cls, array: Floats, others: float) -> _KeptArray:
+        index = np.flatnonzero(array != others).astype(np.int32)
+        return cls(array.shape, others, index, array.ravel()[index])
+
+    def array(self) -> Floats:
+        out = np.full(self.shape, self.others)
+        out.ravel()[self.index] = self.values
+        return out
+
+    @property
+    def nbytes(self) -> int:
+        return self.index.nbytes + self.values.nbytes
+
+
+class KnownPrices:
+    """What moves cost that have been priced, for a bead that is searched again and again with ever fewer nodes."""
+
+    def __init__(self, most_bytes: int = KEPT_BYTES) -> None:
+        """Know nothing yet.
+
+        Args:
+            most_bytes: that are kept.
+        """
+        self._edges: dict[int, tuple[_EdgePrices, _KeptArray, _KeptArray | None]] = {}
+        self._bytes_left = most_bytes
+
+    def of_edge(self, i: int, here: Floats, there: Floats) -> _EdgePrices | None:
+        """Prices of an edge with all that leads from nodes to nodes; None where they are not known."""
+        if i not in self._edges:
+            return None
+        bare, price, expensive = self._edges[i]
+        if not bare.has(i, here, there):
+            return None
+        return replace(bare, price=price.array(), expensive=None if expensive is None else expensive.array())
+
+    def keep(self, edges: _EdgePrices) -> None:
+        """Keep some, as far as there is room."""
+        price = _KeptArray.of(edges.price, np.inf)
+        expensive = None if edges.expensive is None else _KeptArray.of(edges.expensive, 0.0)
+        room = price.nbytes + (0 if expensive is None else expensive.nbytes)
+        if room <= self._bytes_left:
+            self._bytes_left -= room
+            bare = replace(edges, price=np.zeros(0), expensive=None)
+            self._edges.update((i, (bare, price, expensive)) for i in range(edges.start, edges.stop))
+
+
 def _shifted(values: Floats, shifts: Ints, circular: bool) -> Floats:
     """Values (..., k, r) as seen from a roll ``shift`` samples on, (..., shift, k, r); infinite beyond an open end."""
     source = (np.arange(values.shape[-1]) - shifts[:, None]) % values.shape[-1]
@@ -259,7 +333,7 @@ def _shifted(values: Floats, shifts: Ints, circular: bool) -> Floats:
 
 
 def move_price(slowest: Floats, total: Floats) -> Floats:
-    """What a motion costs, s: the time of its slowest joint, and a share of the times of all joints added up."""
+    """Cost of a motion, s: the time of its slowest joint, plus a share of the sum of all joints' times."""
     return slowest + OTHERS * total
 
 

@@ -1,15 +1,15 @@
-"""The cheapest way through samples of the roll, branch by branch, every edge of a bead priced at once.
+"""The cheapest path through samples of the roll, branch by branch, with the costs of all edges computed at once.
 
-A lighter search than :mod:`ik.bead_path`, for closed forms: whole turns of a joint are left out of the nodes and
-worked out of the way that is found, so that a target has one node for each roll and branch::
+A faster search than :mod:`ik.bead_path`, for closed forms: whole turns of joints are not part of the nodes, but are
+chosen for the path that is found, so that a target has one node for each roll and branch::
 
     nodes = lowest_angles(chain, raw)                      # (j, t, g, r) lowest angles inside the limits
     edges = prices(chain, nodes, rolls, bounds, shifts, circular=True)     # (t - 1, g, s, r)
     way = cheapest(cost, edges, shifts)                # branch and (t,) samples, or None
     q = with_whole_turns(chain, nodes_on_way, q_before)         # (t, j), or None where the turns of a joint run out
 
-What this does not find may still exist: a way that has to change its turns is left to the full search. Radians,
-seconds.
+A path that this search does not find may still exist: one that has to change its turns is left to the full search.
+Radians, seconds.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ BLOCK = 12_000  # edges priced at a time: what fits a core's cache
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """What edges from target to target have to keep.
+    """Limits of the edges from target to target.
 
     Attributes:
         speed: joint speed limits, (j,), rad/s.
@@ -131,7 +131,7 @@ def prices(chain: Chain, q: Floats, rolls: Floats, bounds: Bounds, shifts: Ints,
 
 
 def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | None:
-    """The cheapest way through.
+    """The cheapest path.
 
     Args:
         cost: of each node, (t, g, r), s; infinite where it is not allowed.
@@ -160,7 +160,7 @@ def cheapest(cost: Floats, edges: Floats, shifts: Ints) -> tuple[int, Ints] | No
 
 
 def steadiest(cost: Floats, edges: Floats, shift_price: float) -> tuple[int, Ints] | None:
-    """The cheapest way on one sample of the roll all along, where any on which it changes is costlier for certain.
+    """The cheapest path at one sample of the roll, if every path on which the roll changes costs more.
 
     Args:
         cost: of each node, (t, g, r), s; infinite where it is not allowed.
@@ -184,7 +184,7 @@ def steadiest(cost: Floats, edges: Floats, shift_price: float) -> tuple[int, Int
 
 
 def with_whole_turns(chain: Chain, q: Floats, q_before: Floats | None) -> Floats | None:
-    """A way with its joints' whole turns.
+    """A path with the whole turns of its joints.
 
     Args:
         chain: the arm.

@@ -1,6 +1,6 @@
 """Serial arms as arrays: forward kinematics and Jacobians of many configurations at once.
 
-A :class:`Chain` is all the solvers know of a robot. It is made once from a compiled model
+A :class:`Chain` is everything that the solvers know about a robot. It is made once from a compiled model
 (``cell.mjcf.chain_from_model.chain_of``) or by hand, and every function takes configurations as rows::
 
     chain = Chain(origins=..., axes=..., T_last_tcp=..., lower=..., upper=..., max_speed=..., names=...)
@@ -153,7 +153,7 @@ class Chain:
         return R, p
 
     def frame_axes(self, q: Floats) -> tuple[Floats, Floats]:
-        """Poses of all joint frames, configurations last: what is worked out of many of them runs along memory.
+        """Poses of all joint frames, with the configurations on the last axis, for vectorised computations.
 
         Args:
             q: configurations, (m, n), rad.

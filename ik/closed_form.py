@@ -34,7 +34,7 @@ def wrist_centre(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
 
 
 def reach_excess(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
-    """How far the wrist centre lies out of the arm's reach.
+    """Distance of the wrist centre beyond the arm's reach, or within its inner limit.
 
     Args:
         form: the arm.
@@ -82,7 +82,7 @@ def solve(form: SphericalWristArm, Ts_base_tcp: Floats) -> Floats:
 
 
 def solve_branch(form: SphericalWristArm, Ts_base_tcp: Floats, branch: int) -> Floats:
-    """One branch's configurations of full poses, the same to the bit as :func:`solve` has them.
+    """The configurations of one branch, bit-identical to those of :func:`solve`.
 
     Args:
         form: the arm (with its tool) from :func:`recognise`.

@@ -42,7 +42,7 @@ TURN = 2 * np.pi
 
 @dataclass(frozen=True, eq=False)
 class Solutions:
-    """What a solver found.
+    """The result of a solver.
 
     Attributes:
         q: configurations, (m, s, n), rad; the best iterate where nothing was found.
@@ -240,7 +240,7 @@ def _fresh(arm: ColumnChain, q0: Floats) -> Floats:
 def _advance(
     arm: ColumnChain, state: Floats, target: Floats, window: RollWindow, max_iterations: int, whole_turns: bool
 ) -> NDArray[np.bool_]:
-    """Judge where every row stands and take a step, in place; tells which rows go on."""
+    """Test every row for its end and take a step, in place; gives the rows that go on."""
     n = len(arm.zero)
     q, best_q, best_error, (best, stale, age) = state[:n], state[n : 2 * n], state[2 * n : -3], state[-3:]
     tool, axes, points = arm.frames(q)

@@ -1,6 +1,6 @@
-"""Joint limits of angles that come in turns.
+"""Joint limits of angles that are known up to whole turns.
 
-A closed form gives an angle in one turn; the joint may be whole turns away from it. ``with_turns``
+A closed form gives an angle within one turn; the joint may stand whole turns away from it. ``with_turns``
 lists every such angle inside the limits, ``excess`` says how far the nearest one is outside::
 
     q = with_turns(chain, closed_form.solve(form, Ts))     # (..., k, n), NaN outside the limits
@@ -22,7 +22,7 @@ SLACK = 1e-9  # rad; rounding at a limit
 
 
 def excess(chain: Chain, q: Floats) -> Floats:
-    """How far each joint, at its best turn, is outside its limits.
+    """Distance of each joint outside its limits, at its best turn; 0 inside.
 
     Args:
         chain: the arm.

@@ -1,4 +1,4 @@
-"""Arms that are almost of a class: how far they are off the arm that is, and the way from its solutions to theirs.
+"""Arms that nearly have a spherical wrist: their deviation from an arm that has one, and solutions refined from its.
 
     off = deviation(chain, axes, wrist)               # bounds over every configuration
     off.length, off.angle                             # m, rad: of the TCP's pose
@@ -24,7 +24,7 @@ BLOCK = 2048  # configurations worked on at a time
 
 @dataclass(frozen=True, eq=False)
 class Deviation:
-    """How far a chain is off the arm that it is taken for.
+    """Deviation of a chain from the arm that it is taken for.
 
     Attributes:
         chain: the arm as it is.

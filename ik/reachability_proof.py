@@ -1,7 +1,7 @@
-"""One target, any roll: a configuration that reaches it, a proof that none does, or an honest "undecided".
+"""For a target at any roll: a configuration that reaches it, a proof that none does, or "undecided".
 
-Sampling rolls finds configurations, yet a miss proves nothing. ``certify`` settles whole windows of the roll about the
-wire, for arms with a closed form::
+Sampling rolls finds configurations, but finding none proves nothing. ``certify`` settles whole windows of the roll
+about the wire, for arms with a closed form::
 
     proof = certify(chain, Ts_base_target, RollWindow.free())
     proof.state == UNREACHABLE          # (m,): no roll and no configuration, inside the limits with the margins
@@ -44,7 +44,7 @@ ENDLESS = 1e-6  # m or rad; nearer to some singularities, a pose has endlessly m
 
 @dataclass(frozen=True, eq=False)
 class Certificates:
-    """What is certain of m targets.
+    """Certificates of m targets.
 
     Attributes:
         state: REACHABLE, UNREACHABLE (proven) or UNDECIDED, (m,) int8.
@@ -125,7 +125,7 @@ def certify(
 
 @dataclass(frozen=True, eq=False)
 class _IntervalSearch:
-    """How targets are settled; the attributes are the arguments of :func:`certify`."""
+    """The search of :func:`certify`, whose arguments are the attributes."""
 
     chain: Chain
     form: SphericalWristArm
@@ -251,11 +251,11 @@ class _IntervalSearch:
         return np.any(near & (self.limits.values(True) < ENDLESS), axis=(1, 2))
 
     def _column(self, rank: Ints, joint: Ints) -> Ints:
-        """Where a verdict is counted: NO_REACH, then the joints, then TOO_NEAR."""
+        """Column of a cause: NO_REACH, then the joints, then TOO_NEAR."""
         return np.where(rank == NO_REACH, 0, np.where(rank == OVER_LIMIT, joint + 1, self.chain.n + 1))
 
     def _certificates(self, rolls: Floats, q: Floats, spent: Floats, undecided: Bools) -> Certificates:
-        """Put together what a search came to; ``spent`` (m, n + 2) says what excluded how much of the window."""
+        """The certificates of a search; ``spent`` (m, n + 2) is the share of the window that each cause excluded."""
         found = np.isfinite(q[:, 0])
         state = np.where(found, REACHABLE, np.where(undecided, UNDECIDED, UNREACHABLE)).astype(np.int8)
         joints = spent[:, 1:-1]

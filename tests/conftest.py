@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco  # noqa: F401  (pytester forgets modules that its tests import first, and these load once a process)
 import pytest
 import yaml
+from hypothesis import HealthCheck, settings
 from support.browser import NAMES, Browser
 from support.jobs.cases import boss_mesh, little_case
 
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     from cell.verdict.result import Result
 
 pytest_plugins = ["pytester"]
+
+# how long an example takes says nothing on a machine that does other things as well
+settings.register_profile("rbam-cell", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("rbam-cell")
 
 
 @pytest.hookimpl(wrapper=True)

@@ -162,7 +162,8 @@ def cad_layers(seed: int) -> dict[str, Any]:
 def layer_differs(layer: Layer, solid: manifold3d.Manifold) -> str:
     """What differs between a layer and the solid's sections by its surface and beside it; empty if nothing does."""
     # a first layer is where the solid begins: outside what the sections' polygon is off the circle
-    begins = 1e-4 + ROOT_SHARE * float(np.hypot(*layer.curves[0].points[:, :2].T).max())
+    off_axis = [layer.curves[0].points[:, :2] - axis for axis in layer.surface.axis_points]
+    begins = 1e-4 + ROOT_SHARE * max((float(np.hypot(*off.T).max()) for off in off_axis), default=0.0)
     steps = (0.0 if layer.index else begins, STEP_MM, *((-STEP_MM,) if layer.index else ()))
     by = [section(solid, layer.surface, step, LEAST_MM2) for step in steps]
     border = sum(curve.length_mm for curve in layer.curves)

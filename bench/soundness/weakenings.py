@@ -37,8 +37,13 @@ STEPS, BORDERS = "cell/planning/test_steps_of_motions.py", "slicing/volume/test_
 BY_MODE, GIVEN = "cell/verdict/test_by_table_mode.py", "cell/motion/test_given_motion.py"
 EXPORTED = "cell/programs/exported/test_exported_files.py"
 CREW = "cell/processes/test_worker_pool.py"
+VERDICTS = "cell/verdict/test_check.py"
+COORDINATED = "cell/verdict/test_coordinated.py"
+INDEXED = "cell/verdict/test_indexed.py"
 BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
+ROUND_SECTORS = "slicing/deposits/test_round_sectors.py"
+PLANAR_METAL = "slicing/deposits/test_planar_metal.py"
 PROMISED = "acceptance/test_promised_numbers.py"
 SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
@@ -280,6 +285,11 @@ MUTANTS = (
     Mutant("cell/job/job.py", "shape.hulls | pieces_beside(part.beside_profile)", "shape.hulls", (BESIDE,)),
     Mutant("cell/job/job.py", "all(one.parameters.strategy != \"revolved\" for one in self.sliced)", "True", (METAL,)),
     Mutant("cell/job/job.py", "shape.hulls | rest_of_built([s.mesh for s, _ in built], shape.hulls)", "shape.hulls", (BUILT,)),
+    Mutant("slicing/layers/layer.py", "return self.parameters.h_layer_mm\n        return self.layers[layer]", "return 0.0\n        return self.layers[layer]", (PLANAR_METAL,)),
+    Mutant("slicing/layers/layer.py", "return self.layers[layer].surface.level - self.layers[layer - 1].surface.level", "return 0.0", (PLANAR_METAL,)),
+    Mutant("slicing/deposits/part_shape.py", "return np.concatenate([flat, flat - surface.distance(flat)[:, None] * surface.normals(flat)])", "return flat", (ROUND_SECTORS,)),
+    Mutant("slicing/deposits/part_shape.py", "    if np.abs(off).max() <= SIMPLIFY_MM:", "    if True:", (ROUND_SECTORS,)),
+    Mutant("slicing/deposits/part_shape.py", "only_areas(shapely.make_valid(shapely.Polygon(flat)))", "shapely.Polygon(flat)", (PLANAR_METAL,)),
     Mutant("cell/job/built_solids.py", 'of_it = ("body/", f"built/{solid.name}/")', 'of_it = ("body/", "built/")', (BUILT,)),
     Mutant("slicing/toolpaths/bead_hulls.py", "further[1:-1] = half * np.sqrt(", "further[1:-1] = 0.0 * np.sqrt(", ("slicing/toolpaths/test_bead_hulls.py",)),
     Mutant("slicing/toolpaths/bead_hulls.py", "_across(step, n[:-1], t[:-1]), _across(step, n[1:], t[1:])", "t[:-1], t[1:]", ("slicing/toolpaths/test_bead_hulls.py",)),
@@ -287,6 +297,7 @@ MUTANTS = (
     Mutant("slicing/strategies/cylindrical.py", "greatest_distance(base, mesh.vertices[mesh.faces])", "float(base.distance(mesh.vertices).max())", ("slicing/surfaces/test_greatest_distance.py",)),
     Mutant("slicing/volume/layer_areas.py", "odd |= top > h", "odd |= top > 1e9 * h", ("slicing/surfaces/test_greatest_distance.py",)),
     Mutant("cell/job/beside_body.py", "if spread[2] < FLAT * spread[0]:", "if False:", (BESIDE,)),
+    Mutant("cell/cli/main.py", "    ended = _signal_behind(error)\n", "    ended = None\n", ("cell/cli/test_exit_codes.py",)),
     Mutant("cell/cli/main.py", "    _refuse_empty(args)\n", "", ("cell/cli/test_exit_codes.py",)),
     Mutant("cell/job/wire_in_metal.py", "corners = support.radius_mm / np.cos(np.pi / SUPPORT_SIDES)", "corners = support.radius_mm", (METAL,)),
     Mutant("cell/collision/proofs/plane_proofs.py", "clusters.laid, far), far, travel, within)", "clusters.laid, far), 2 * far, travel, within)", (PLANES,)),
@@ -353,6 +364,22 @@ MUTANTS = (
     Mutant("cell/programs/round_trip.py", "self.position / (OFF + thinning.chord)", "self.position / (20 * OFF + thinning.chord)", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/round_trip.py", '        ("blend", SAME_PLACE),\n', "", ("cell/programs/test_export.py",)),
     Mutant("cell/programs/round_trip.py", "if pair[0][:2] != pair[1][:2] or", "if", ("cell/programs/test_export.py",)),
+    Mutant("cell/verdict/check.py", "if plan.whole and not aside:", "if plan.whole:", (VERDICTS,)),
+    Mutant("cell/verdict/check.py", "motion=None if run is None or run.failures else run.motion", "motion=None if run is None else run.motion", (VERDICTS,)),
+    Mutant("cell/verdict/check.py", "{**job.wires_in_metal, **unsupported_targets(job)}", "{**job.wires_in_metal}", (VERDICTS,)),
+    Mutant("cell/verdict/coordinated.py", "        rows = _with_table_met(job, found.motion, rows)\n", "        pass\n", (COORDINATED,)),
+    Mutant("cell/verdict/coordinated.py", "(*table_collisions(job, way, laid), *rounded)", "(*rounded,)", (COORDINATED,)),
+    Mutant("cell/verdict/coordinated.py", "(*table_collisions(job, way, laid), *rounded)", "(*table_collisions(job, way, laid),)", (COORDINATED,)),
+    Mutant("cell/verdict/coordinated.py", "np.flatnonzero(trial.way.off > limit)", "np.flatnonzero(trial.way.off > 2 * limit)", (COORDINATED,)),
+    Mutant("cell/verdict/indexed.py", "        if why is not None:\n            found = _not_turned", "        if False:\n            found = _not_turned", (INDEXED,)),
+    Mutant("cell/verdict/indexed.py", "found.append(LeastValue(float(nearest", "str(LeastValue(float(nearest", (INDEXED,)),
+    Mutant("cell/verdict/coordinated.py", "if trial.blocked:", "if False:", (COORDINATED,)),
+    Mutant("cell/verdict/check.py", "if self.motion is not None else []", "if False else []", (VERDICTS,)),
+    Mutant("cell/pose_sweep/sweep.py", "if sweep_fingerprint(unit.case) != unit.fingerprint:", "if False:", ("cell/pose_sweep/test_sweep.py",)),
+    Mutant("cell/verdict/indexed.py", "np.full(len(one.turn.looked_at), one.turn.deposits_laid)", "np.full(len(one.turn.looked_at), 0)", (INDEXED,)),
+    Mutant("cell/pose_sweep/sweep.py", '"not_looked_at": len(job.targets) - found.looked_at', '"not_looked_at": 0', ("cell/report/test_not_looked_at.py",)),
+    Mutant("cell/pose_sweep/log.py", 'write_bytes(path, b"".join(', 'path.write_bytes(b"".join(', ("cell/pose_sweep/test_log.py",)),
+    Mutant("cell/pose_sweep/variants.py", ' or row.get("not_looked_at", 0) > 0', "", ("cell/report/test_not_looked_at.py",)),
     Mutant("cell/verdict/by_table_mode.py", 'if mode != "fixed":', "if False:", (BY_MODE,)),
     Mutant("cell/verdict/by_table_mode.py", "return _checked(job, progress) if asked is None", "return check_fixed(job, job.case.table.E1_deg, job.case.table.E2_deg, progress) if asked is None", (BY_MODE,)),
     Mutant("cell/verdict/by_table_mode.py", 'if not abs(angle) < float("inf"):', "if False:", (BY_MODE,)),
@@ -502,4 +529,6 @@ MUTANTS = (
     Mutant("cell/collision/stick_out.py", " if (meets[geom] & met[part]).all()]", "]", (STICK_OUT,)),
     Mutant("cell/collision/stick_out.py", " if not any(left_out(model, geom, int(part[k])) for k in first)]", "]", (STICK_OUT,)),
     Mutant("cell/collision/stick_out.py", " or not scene.tool_geom[wires].all():", ":", (STICK_OUT,)),
+    Mutant("ik/bead_path.py", "return all(np.isin(np.flatnonzero(n), some).all()", "return any(np.isin(np.flatnonzero(n), some).all()", ("ik/test_bead_path.py",)),
+    Mutant("ik/bead_path.py", "index = np.flatnonzero(array != others)", "index = np.flatnonzero(array < others)", ("ik/test_bead_path.py",)),
 )  # fmt: skip

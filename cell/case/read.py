@@ -22,6 +22,7 @@ from ..errors import InputError
 from ..shipped import case_path, is_path, shipped_cases
 from .cell_sections import NO_TABLE
 from .fields import FileName
+from .files import MESHES
 from .problems import excerpt, first_problem
 from .sections import Case
 from .yaml12 import load_yaml
@@ -36,7 +37,6 @@ YAML_IN_WORDS = {
     "mapping values are not allowed": "a second : in a line; put texts that have one in quotes",
     "unknown escape character": "a backslash in double quotes; write paths with / or in single quotes",
 }
-MESHES = (".stl", ".obj", ".ply", ".off", ".3mf", ".glb", ".gltf", ".step", ".stp")
 EXTENDS: TypeAdapter[str] = TypeAdapter(FileName)
 
 
@@ -73,7 +73,8 @@ def _read(path: Path, read: list[Path]) -> object:
         named = (
             "" if is_path(str(path)) else f", and no shipped case of that name; there are {', '.join(shipped_cases())}"
         )
-        raise InputError(f"{path}: no such file{named}") from None
+        by = f"{read[-1]}: extends: " if read else ""
+        raise InputError(f"{by}{path}: no such file{named}") from None
     except UnicodeDecodeError as error:
         line = raw[: error.start].count(b"\n") + 1
         raise InputError(f"{path}, line {line}: not UTF-8 text; save the file as UTF-8") from None

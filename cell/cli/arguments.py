@@ -299,10 +299,10 @@ total score F. A higher score is better."""
 
 SWEEP_TEXT = """\
 Every pose gets the verdict of rbam check at those angles. Two kinds of poses are settled without a search: the
-table collides, or some target by itself has no free configuration. Their count covers only the targets that were
-checked ("12+": at least 12). Feasible poses are ranked by the largest angle off upright (in steps of 5 deg),
-then by clearance (1 mm), singularity margin, distance to the joint limits, and time. The grid may also stand in the
-case's section sweep.
+table collides, or some target by itself has no free configuration. Where not all targets were checked their count
+is of those that were ("12+": at least 12). Feasible poses are ranked by the largest angle off upright (in steps of
+5 deg), then by clearance (1 mm), singularity margin, distance to the joint limits, and time. The grid may also stand
+in the case's section sweep.
 
 examples:
   rbam sweep --e1 -135:135:15 --e2 -180:180:15 --picture map.png

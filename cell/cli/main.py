@@ -52,19 +52,32 @@ def main(argv: Sequence[str] | None = None) -> int:
                 code = _run(argv, own)
                 sys.stdout.flush()
                 return code
-        except InputError as error:
-            return _error_line(BAD_INPUT, printable(error))
-        except WorkerKilledError as error:
-            return _error_line(NO_VERDICT, printable(error))
-        except KeyboardInterrupt:
-            return _error_line(INTERRUPTED, "interrupted")
-        except Terminated as ended:
-            return _error_line(ENDED_BY_SIGNAL + ended.number, "terminated")
-        except Exception as error:  # noqa: BLE001 (the one place: an error of the program is never a verdict)
-            return _program_error(error, argv)
+        except (Exception, KeyboardInterrupt, Terminated) as error:  # noqa: BLE001 (the one place)
+            return _told(error, argv)
         finally:
             discard_unfinished()
             sys.stderr.flush()
+
+
+def _told(error: BaseException, argv: Sequence[str]) -> int:
+    """Tell what ended a command in a line; its exit code."""
+    ended = _signal_behind(error)
+    if isinstance(ended, Terminated):
+        return _error_line(ENDED_BY_SIGNAL + ended.number, "terminated")
+    if ended is not None:
+        return _error_line(INTERRUPTED, "interrupted")
+    if isinstance(error, InputError):
+        return _error_line(BAD_INPUT, printable(error))
+    if isinstance(error, WorkerKilledError):
+        return _error_line(NO_VERDICT, printable(error))
+    return _program_error(error, argv)
+
+
+def _signal_behind(error: BaseException | None) -> BaseException | None:
+    """The signal that an error comes of; libraries turn what ends their import into errors of their own (pybind11)."""
+    while error is not None and not isinstance(error, KeyboardInterrupt | Terminated):
+        error = error.__cause__ or error.__context__
+    return error
 
 
 def _run(argv: Sequence[str], own: bool) -> int:
@@ -94,7 +107,7 @@ def _error_line(code: int, line: str) -> int:
     return code
 
 
-def _program_error(error: Exception, argv: Sequence[str]) -> int:
+def _program_error(error: BaseException, argv: Sequence[str]) -> int:
     """Tell an error that no input should cause."""
     import traceback
 

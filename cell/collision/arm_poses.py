@@ -3,8 +3,8 @@
     poses = ArmPoses(scene)
     for _ in poses.put(data, q): ...          # data is as mj_kinematics would leave it, for the arm alone
 
-MuJoCo's own kinematics goes through every geom of the model; of a part of thousands of layers nothing moves but the
-arm. Poses are products of the joints' turns about their axes as they stand at zero. World frame, metres, radians.
+MuJoCo's own kinematics computes every geom of the model, although only the arm moves and a part has thousands of
+layers. Here poses are products of the joints' rotations about their axes at zero angles. World frame, metres, radians.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class ArmPoses:
         return place, turn.reshape(len(q), -1, 9)
 
     def _motions(self, q: Floats) -> tuple[Floats, Floats]:
-        """How far each joint and those before it move what they carry, x -> R x + p: (m, n, 3, 3), (m, n, 3)."""
+        """Motion x -> R x + p, by each joint and those before it, of what it carries: (m, n, 3, 3), (m, n, 3) m."""
         a = self._axis
         K = np.zeros((len(a), 3, 3))
         K[:, 0, 1], K[:, 0, 2], K[:, 1, 2] = -a[:, 2], a[:, 1], -a[:, 0]
@@ -117,7 +117,7 @@ class ArmPoses:
 
 
 def as_slice(index: NDArray[np.int64]) -> slice | NDArray[np.int64]:
-    """Numbers as a slice where they follow one another: writing to it costs a fifth."""
+    """Numbers as a slice if they are consecutive: writing to a slice takes a fifth of the time."""
     if len(index) and index[-1] - index[0] + 1 == len(index):
         return slice(int(index[0]), int(index[-1]) + 1)
     return index

@@ -1,14 +1,14 @@
-"""Roundings that nothing proves free by the rows alone, checked until all of them are free or one is not.
+"""Roundings that the other proofs leave open, bisected until all of them are proved free or one is not.
 
     hits = colliding_blends(checker, radius, path, known, steps)         # steps of BlendedPath(q, s, zone)
     hits.step, hits.zone, hits.nearest
 
-What a step may become when it is rounded over any zone up to the path's is a sheet of configurations, over the path's
-length and the zone. A rectangle of it keeps a clearance if the configuration in its middle has more than that by
-what anything can move to the others; otherwise it is halved. Between the corners of a rectangle the sheet is off their
-bilinear mean by no more than an eighth of the squares of its sides times the second derivatives: both are less than
-what the slope changes by along the window that is averaged over, divided by the width of the window. Radians and
-metres; a path's length may be in either.
+All roundings of a step, over any zone up to the path's, form a sheet of configurations with two parameters: the path's
+length and the zone. A rectangle of the sheet keeps a clearance if the configuration in its middle exceeds it by the
+farthest that any point can travel from there to the rest of the rectangle; otherwise the rectangle is halved. Between
+its corners the sheet is off their bilinear mean by no more than an eighth of the squares of its sides times the second
+derivatives. Both of these are less than the change of the slope along the window that is averaged over, divided by the
+width of the window. Radians and metres; a path's length may be in either.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ HALVINGS = 2  # of the zone, in search of the widest that is proved
 
 @dataclass(frozen=True, eq=False)
 class CollidingBlends:
-    """Roundings that come too near to something, one of a step.
+    """Roundings that come too near to something, at most one for each step.
 
     Attributes:
         step: of the path, (k,).
@@ -135,7 +135,7 @@ def _checked_rectangles(
 
 
 def _nearest_of_each(some: _StepSheetRectangles) -> NDArray[np.bool_]:
-    """Of the rectangles of each step the one with the least room."""
+    """The rectangle with the least room of each step."""
     order = np.lexsort((some.room, some.step))
     _, first = np.unique(some.step[order], return_index=True)
     out = np.zeros(len(order), dtype=bool)
@@ -144,7 +144,7 @@ def _nearest_of_each(some: _StepSheetRectangles) -> NDArray[np.bool_]:
 
 
 def _proved_zone(checker: SeesClearances, radius: Floats, path: BlendedPath, known: KnownRows, steps: Ints) -> Floats:
-    """A zone up to which steps are proved free, however much they are rounded, (k,); 0: none was found."""
+    """The zone up to which every rounding of a step is proved free, (k,); 0 where none was found."""
     low, high = np.zeros(len(steps)), np.full(len(steps), 1.0)
     for _ in range(HALVINGS):
         share = (low + high) / 2

@@ -1,4 +1,4 @@
-"""Rounded paths proved free by chords of them, the arm taken for thicker than it is.
+"""Rounded paths proved free by their chords, with the arm thickened by the distance of the path from the chords.
 
     left, nearest = not_proved_by_chords(checker, radius, run, steps, least)       # steps that are not proved
 
@@ -24,7 +24,7 @@ FINE_CHORD = 1e-6  # m: likewise where that is too much; less than what is prove
 
 
 class _Nearer:
-    """Collision detection that takes everything for nearer than it is."""
+    """Collision detection that reports every distance less by a constant."""
 
     def __init__(self, checker: SeesClearances, by: float) -> None:
         self.checker, self.by, self.reach = checker, by, checker.reach - by
@@ -45,7 +45,7 @@ class _Nearer:
 
 @dataclass(frozen=True, eq=False)
 class BlendedSteps:
-    """A rounded path and what is known of it.
+    """A rounded path with its chords, and the clearances of its rows.
 
     Attributes:
         path: the rows.
@@ -65,7 +65,7 @@ class BlendedSteps:
 def not_proved_by_chords(
     checker: SeesClearances, radius: Floats, run: BlendedSteps, steps: Ints, least: float
 ) -> tuple[Ints, Clearances]:
-    """Steps whose rounded path cannot be proved to keep a clearance: by chords of it, the arm taken for thicker.
+    """Steps whose rounded path is not proved to keep a clearance by its chords and a thickened arm.
 
     Args:
         checker: collision detection.
@@ -92,7 +92,7 @@ def not_proved_by_chords(
 def _by_chords(
     checker: SeesClearances, radius: Floats, run: BlendedSteps, steps: Ints, least: float, off: float
 ) -> tuple[Ints, Clearances]:
-    """As :func:`not_proved_by_chords`, by chords that no point of the arm is further off than so much, m."""
+    """As :func:`not_proved_by_chords`, with chords from which no point of the arm is further away than this, m."""
     path, p, sagitta, low, deposits_laid = run.path, run.pieces, run.sagitta, run.low, run.deposits_laid
     if not len(steps):
         return steps, Clearances.none(0)

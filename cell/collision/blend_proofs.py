@@ -1,4 +1,4 @@
-"""Corners proved free however much they are rounded, by how far any rounding is off the rows; nothing is checked.
+"""Corners proved free for every rounding, by the distance of any rounding from the rows; without collision queries.
 
     every_blend_kept(checker, radius, path, known)      # (m - 1,): on which steps any rounding keeps the clearance
 
@@ -8,10 +8,11 @@ further than z from there along the path, where u_i is how far. With a smaller z
 and those of the farther corners more so than those of the nearer ones: off the rows is then some mean of nothing and of
 the sums over the nearest corners alone (summation by parts). So the full zone bounds all of them.
 
-Where the arm turns back the way it came that is much, though every rounding only turns back sooner and stays by the
-rows. A rounded path is a mean of the rows over a stretch of them. Written as a motion along one direction and what is
-left, some row of the stretch is as far along that direction as the mean is, and the two differ by no more than what is
-left differs along the stretch. Radians and metres; a path's length may be in either.
+Where the arm reverses, this bound is large, although a rounded path only reverses earlier and stays close to the rows.
+There another bound is used. A rounded path is a mean of the rows over a stretch of them. Split the motion into its
+component along one direction and the remainder. Some row of the stretch has the mean's component along that direction,
+and differs from the mean by no more than the remainder varies along the stretch. Radians and metres; a path's length
+may be in either.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ TOGETHER = 200_000  # corners that are weighed at once
 
 @dataclass(frozen=True, eq=False)
 class KnownRows:
-    """What is known of the rows of a path, which are free themselves, between them as well.
+    """Clearances of the rows of a path; the rows are free, and so are the straight motions between them.
 
     Attributes:
         deposits_laid: deposits laid at each row, (m,).
@@ -76,7 +77,7 @@ class PathCorners:
         return cls(t[1:-1], np.diff(slope, axis=0), path.zone)
 
     def share(self, away: Floats) -> Floats:
-        """How far a path is off its rows at a distance from a corner, as a share of the corner's bend."""
+        """Distance of a rounded path from its rows at a distance from a corner, as a share of the corner's bend."""
         out: Floats = np.maximum(self.zone - away, 0.0) ** 2 / (4 * self.zone)
         return out
 

@@ -1,13 +1,13 @@
-"""All roundings of many corners proved free together, by planes: what turns far on the spot but comes near nothing.
+"""All roundings of many corners proved free together, by separating planes: for large rotations far from anything.
 
     sheets_kept(proofs, radius, [StepSheets(path, known, steps)])     # for each path: which of the steps are proved
 
-What a step may become when it is rounded, over any zone up to the path's, is a sheet of configurations, over the path's
-length u and the zone z: q(u, z) = (A(u + z) - A(u - z)) / 2z, A the integral of the rows. A rectangle of the sheet is
+All roundings of a step, over any zone up to the path's, form a sheet of configurations over the path's length u and the
+zone z: q(u, z) = (A(u + z) - A(u - z)) / 2z, A the integral of the rows. A rectangle of the sheet is
 off the mean of its corners by an eighth of the squares of its sides times the second derivatives. These follow from
 the corners D_i of the rows, at u_i: of u it is the difference of the rows' slopes at both ends of the window that is
-averaged over, by 2z; of z the sum over that window of D_i (u_i - u)^2 / 2z^3. Rectangles are divided until that is
-little, without a look at anything, and of all paths together; then planes prove them from few looks
+averaged over, by 2z; of z the sum over that window of D_i (u_i - u)^2 / 2z^3. Rectangles of all paths are divided
+together until that is small, without collision queries; then planes prove them with few queries
 (``proofs.plane_proofs``). Zones up to the smallest of them are proved by how far they are off the rows.
 
 Radians and metres.
@@ -38,7 +38,7 @@ SHARES = tuple(0.5**n for n in range(1, 12))  # of a zone: the greatest of these
 
 
 class _JoinedPaths:
-    """The rows of several paths one after the other, and what roundings of them are made of."""
+    """The rows of several paths one after the other, with the integrals that their roundings are made of."""
 
     def __init__(self, paths: Sequence[BlendedPath], radius: Floats) -> None:
         self.radius = radius
@@ -145,7 +145,7 @@ class StepSheets:
 
 
 def sheets_kept(proofs: PlaneProofs, radius: Floats, asked: Sequence[StepSheets]) -> list[NDArray[np.bool_]]:
-    """On which steps the clearance is proved to be kept, however much the corners are rounded.
+    """The steps on which every rounding of the corners is proved to keep the clearance.
 
     Args:
         proofs: of the checker that the steps are checked against.

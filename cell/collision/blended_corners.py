@@ -1,12 +1,12 @@
-"""Corners as they are run: a controller rounds them, off the rows that were checked, and what it runs is checked too.
+"""Rounded corners checked: a controller leaves the rows at corners, so the path that it may run is checked as well.
 
     step, nearest = cut_corners(checker, radius, BlendedPath(q, s, zone), deposits_laid, found, least)  # steps not free
 
-A controller may round less than is asked. Most corners are proved free however much they are rounded
-(``blend_proofs``, ``blend_sheets``), and only steps that this leaves are checked further: the path that is rounded
-most, which ``cell.timing.time_law`` times (``blend_chords``), and all that round less (``blend_bisection``). A rounded
-path is made of parabolas (``blended_paths``), of which it is known exactly how far they are off the rows and how far
-off their own chords.
+A controller may round less than is asked. For most corners every rounding is proved free (``blend_proofs``,
+``blend_sheets``). Only the remaining steps are checked further: the path with the full rounding, which
+``cell.timing.time_law`` times (``blend_chords``), and all smaller roundings (``blend_bisection``). A rounded path is
+made of parabolas (``blended_paths``), of which it is known exactly how far they are off the rows and how far off their
+own chords.
 
 Radians and metres; a path's length may be in either.
 """
@@ -89,7 +89,7 @@ def cut_corners(
     *,
     lost: bool = False,
 ) -> tuple[Ints, Clearances]:
-    """Steps of a path on which it comes too near to something, or may, once its corners are rounded.
+    """Steps of a path that come, or may come, too near to something once the corners are rounded.
 
     Args:
         checker: collision detection at the table pose.
@@ -114,7 +114,7 @@ def cut_corners(
 def cut_corners_of(
     checker: SeesClearances, radius: Floats, paths: Sequence[tuple[BlendedPath, KnownRows]]
 ) -> list[tuple[Ints, Clearances]]:
-    """As :func:`cut_corners`, of several paths with one clearance to be kept: one proof costs less than many.
+    """As :func:`cut_corners`, for several paths with the same clearance: one proof costs less than many.
 
     Args:
         checker: collision detection at the table pose.
@@ -154,7 +154,7 @@ def _not_by_rows(
 def _cut_where(
     checker: SeesClearances, radius: Floats, path: BlendedPath, rows: KnownRows, left: NDArray[np.bool_]
 ) -> tuple[Ints, Clearances]:
-    """As :func:`cut_corners`, of steps of which nothing is proved yet."""
+    """As :func:`cut_corners`, for steps of which nothing is proved yet."""
     if not left.any():
         return np.zeros(0, dtype=np.int64), Clearances.none(0)
     step, nearest = _cut_on(checker, radius, path, replace(rows, which=left))

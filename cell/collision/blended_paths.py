@@ -1,4 +1,4 @@
-"""Rows of a motion that is run without a stop, and the parabolas that it is made of once its corners are rounded.
+"""Rows of a motion that is run without a stop, and the parabolas of its path with rounded corners.
 
     p = pieces(BlendedPath(q, s, zone), radius)
     p.off, p.bend                    # how far off the rows each is at most, and how much it bends
@@ -83,7 +83,7 @@ def pieces(path: BlendedPath, radius: Floats) -> Parabolas:
 
 
 class PathBlends:
-    """All roundings of one path: as ``cell.timing.blending.blended``, each place by a zone of its own."""
+    """All roundings of one path: ``cell.timing.blending.blended`` with a zone for each place."""
 
     def __init__(self, q: Floats, s: Floats) -> None:
         """Prepare.
@@ -122,7 +122,7 @@ def on_rows(q: Floats, s: Floats, at: Floats) -> Floats:
 
 
 def _slope_at(slope: Floats, s: Floats, at: Floats) -> Floats:
-    """Slope of the path and of its point reflections beyond its ends, where it is the same."""
+    """Slope of the path; beyond its ends that of its point reflection, which is the same."""
     inside = np.where(at < 0, -at, np.where(at > s[-1], 2 * s[-1] - at, at))
     out: Floats = slope[np.clip(np.searchsorted(s, inside) - 1, 0, len(slope) - 1)]
     return out
@@ -130,7 +130,7 @@ def _slope_at(slope: Floats, s: Floats, at: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class SheetRectangles:
-    """What steps may become when they are rounded, in rectangles over the path's length and the zone.
+    """All roundings of steps, as rectangles over the path's length and the zone.
 
     Attributes:
         u: path length where each begins, (k,).

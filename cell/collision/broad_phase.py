@@ -4,8 +4,8 @@
     for room in near.rooms(q): ...             # q (m, n) rad: how far each body is from the arm at least, (b,) m
     near.select(model.body_conaffinity, room, reach)  # before mj_collision: leaves out what is too far off
 
-MuJoCo goes through every geom of each body that may be hit, which for a part of thousands of layers costs more than the
-collisions. Spheres around geoms and bodies overlap wherever the geoms come within reach of each other: nothing within
+MuJoCo visits every geom of each body that may collide. For a part of thousands of layers this costs more than the
+collisions themselves. Bounding spheres overlap wherever two geoms are within reach of each other, so no pair within
 reach is left out. Metres.
 """
 
@@ -74,7 +74,7 @@ class BroadPhase:
         return cls(np.array(bodies), own, centre, geoms, both, poses or ArmPoses(scene))
 
     def rooms(self, q: Floats) -> Iterator[Floats]:
-        """How far bodies are from whatever of the arm may collide, at least.
+        """Lower bounds of the distances of bodies from the colliding shapes of the arm.
 
         Args:
             q: configurations, (m, n), rad.
@@ -90,7 +90,7 @@ class BroadPhase:
             yield from (away - self.radius).min(axis=1)
 
     def select(self, conaffinity: NDArray[np.int32], room: Floats, reach: float) -> None:
-        """Let bodies collide that something of the arm may be within reach of, and no others.
+        """Let only those bodies collide that the arm may be within reach of.
 
         Args:
             conaffinity: of all bodies of a model, in which it is set, (nbody,).

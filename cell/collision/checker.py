@@ -140,7 +140,7 @@ class Checker:
         self._qpos, self._arm_qpos = self._data.qpos, as_slice(scene.arm_qpos)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """For another process: made anew of the scene."""
+        """How a checker is pickled for another process: by its scene, from which it is made again there."""
         return _made, (self.scene, self.table, self.reach, self.without, self.pair_gap)
 
     def travel_bound(self, radius: Floats, a: Floats, b: Floats) -> Floats:

@@ -29,7 +29,7 @@ class SeesClearances(Protocol):
         ...
 
     def bend_bound(self, radius: Floats, turn: Floats, /) -> Floats:
-        """How much ways of things towards one another bend where the joints turn by so much; likewise, (m,), m."""
+        """Greatest second derivative of the relative motion of things where joints turn by so much, (m,), m."""
         ...
 
     def clearances(self, q: Floats, deposits_laid: Ints, /) -> Clearances:
@@ -63,7 +63,7 @@ class Clearances:
         self.distance[index], self.pair[index], self.position[index] = other.distance, other.pair, other.position
 
     def nearer(self, index: Ints, other: Clearances) -> None:
-        """Replace some of the configurations where the other's pairs are nearer; each of them once."""
+        """Replace those of some configurations, each given once, whose pair in the other is nearer."""
         k = np.flatnonzero(other.distance < self.distance[index])
         self.put(index[k], other.rows(k))
 

@@ -1,12 +1,12 @@
-"""Copies of a model in which what collides is switched: lent for one look, then used again for the next.
+"""Copies of a model whose collision bits can be changed: lent for one query, then used again for the next.
 
     with lent(scene.model) as switched:       # nothing else uses it meanwhile, in this thread or another
         switched.geom_contype[:] = 0
         mujoco.mj_collision(switched.model, data)
 
-The copy of a cell with two thousand deposits takes as long as hundreds of configurations and as much memory as the rest
-of a check, and checkers are made by the dozen. So there are as many copies as looks at once: one in each thread. What a
-borrower changes stays changed: it may change only what every borrower sets before it looks.
+Copying a cell with two thousand deposits takes as long as hundreds of queries and as much memory as the rest of a
+check, and a check makes dozens of checkers. So there is one copy for each query that runs at the same time, that is for
+each thread. Changes stay in the copy: a borrower may change only what every borrower sets before its query.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOST_SPARE = 4  # copies that are kept for the next
 
 
 class Switched:
-    """A copy of a model, and those of its arrays that are switched: to ask a model for one costs as much as to write.
+    """A copy of a model with its collision arrays at hand: asking the model for one takes as long as writing to it.
 
     Attributes:
         model: the copy.
@@ -63,5 +63,5 @@ def lent(model: mujoco.MjModel) -> Iterator[Switched]:
 
 
 def discard_spare(model: mujoco.MjModel) -> None:
-    """Free the copies of a model that are not lent: after a check the memory is needed for other things."""
+    """Free the copies of a model that are not lent."""
     _spare.pop(model, None)

@@ -4,8 +4,8 @@
     itself = PairGroupChecker(checker, itself=True, beside=still)   # with the same data of MuJoCo's
     still.pairs_within(q, deposits_laid, far)       # of the group's pairs alone
 
-A part of the arm comes nearer to what stands still by its own travel only; of two parts of the arm both may move. Every
-pair that the checker takes into account is in at least one group.
+Against what stands still a shape of the arm approaches by its own travel only; two shapes of the arm may both move.
+Every pair that the checker takes into account is in at least one group.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ REACH_ITSELF = 0.1  # m
 
 
 class PairGroupChecker(Checker):
-    """Collision detection of the arm against what is none of it, or of the arm against itself."""
+    """Collision detection of the arm against everything else, or of the arm against itself."""
 
     def __init__(
         self, checker: Checker, *, itself: bool, beside: Checker | None = None, reach: float | None = None

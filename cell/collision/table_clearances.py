@@ -3,9 +3,9 @@
     checker = TableChecker(scene, reach=0.05)
     c = checker.clearances(tables, deposits_laid)            # tables (m, 2) rad; deposits laid so far (m,)
 
-Of the arm nothing is checked here, and nothing but penetration is wrong: what a positioner keeps from its own pedestal
-is its maker's affair. The workpiece is checked against the tilting part of the positioner as well, which carries what
-carries it, so that MuJoCo leaves the pair out. Metres and radians.
+Of the arm nothing is checked here, and nothing but penetration is wrong: the gap between a positioner and its own
+pedestal is its manufacturer's choice. The workpiece is checked against the tilting part of the positioner as well,
+which carries what carries it, so that MuJoCo leaves the pair out. Metres and radians.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def on_table(scene: Scene) -> NDArray[np.bool_]:
 
 
 def with_table_axes(scene: Scene) -> Scene:
-    """The scene with E1 and E2 among the arm's axes: what a checker of it takes has them behind the arm's joints."""
+    """The scene with E1 and E2 as further axes of the arm: its configurations have them after the arm's joints."""
     return replace(scene, arm_qpos=np.concatenate([scene.arm_qpos, scene.table_qpos]))
 
 
@@ -51,7 +51,7 @@ TABLE_REACH = 5e-3  # m: of a table by itself it is only asked whether it touche
 
 
 def table_alone(scene: Scene, table: tuple[float, float], deposits_laid: int | None = None) -> Clearances:
-    """Clearances that do not depend on the arm: of the table and what stands on it from the cell around.
+    """Clearances of the table and what stands on it from the cell around, without the arm.
 
     Every verdict asks this, and whatever screens poses or changes for one: they cannot disagree.
 

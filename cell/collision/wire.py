@@ -1,10 +1,10 @@
-"""The wire on travels: it may touch the part where it is welded, and is a rod like any other on the way across.
+"""The wire on travels: it may touch the part at the beads, and collides like any rod in between.
 
     checker = wire_checker(setup.checker)            # None where the tool has no wire
     c = checker.clearances(q, deposits_laid)                 # of the wire from the part, out to 20 mm
 
-Drawn back along itself, a wire leaves the part the way it came; across, what its torch clears it need not clear. Far
-from the part, as on most of a way from home, nothing has to be checked. Metres and radians.
+Drawn back along its own axis, a wire leaves the part as it came. On the way across it may touch the part where the
+torch does not. Far from the part, as on most of the path from home, nothing has to be checked. Metres and radians.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _made_of(checker: Checker) -> Checker | None:
 
 
 class _WireChecker(Checker):
-    """Collision detection of a wire and a part: what is far from all of the part is not checked."""
+    """Collision detection of a wire and a part; configurations far from the whole part are not queried."""
 
     def __init__(
         self, scene: Scene, table: tuple[float, float], without: Collection[int], beside: Checker | None = None
@@ -101,7 +101,7 @@ class _WireChecker(Checker):
         return out
 
     def _may_be_near(self, q: Floats) -> NDArray[np.bool_]:
-        """In which configurations some of the part may be within reach, (m,)."""
+        """Whether something of the part may be within reach, for each configuration, (m,)."""
         chain, base = self.scene.chain, self._T_world_base
         if len(self.scene.arm_qpos) != chain.n:  # the part turns with the table
             return np.ones(len(q), dtype=bool)

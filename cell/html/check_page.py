@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..job.job import Job
 from ..job.overhang_check import targets_over_nothing
 from ..progress import phase
 from ..units import METRES_PER_MM
@@ -93,7 +92,7 @@ def page_data(result: Result, budget: PageBudget = BUDGET) -> str:
             "bead": pack.steps(t.bead),
             "sub_volume": pack.steps(t.sub_volume_index),
             "verdict": pack.put([verdicts.index(row.reason or "feasible") for row in result.rows], "u1"),
-            **_over_nothing(pack, job),
+            **_over_nothing(pack, result),
             **_of_the_table(pack, result),
         },
         "sub_volumes": list(t.sub_volume),
@@ -106,10 +105,11 @@ def page_data(result: Result, budget: PageBudget = BUDGET) -> str:
     return pack.text(document)
 
 
-def _over_nothing(pack: Pack, job: Job) -> dict[str, Any]:
-    """Which targets overhang; empty where none do."""
-    over = targets_over_nothing(job)
-    return {"hanging": pack.put([i in over for i in range(len(job.targets))], "u1")} if over else {}
+def _over_nothing(pack: Pack, result: Result) -> dict[str, Any]:
+    """Which feasible targets overhang, empty where none do; all others have their verdict's colour."""
+    over = targets_over_nothing(result.job)
+    shown = [i in over and row.reason is None for i, row in enumerate(result.rows)]
+    return {"hanging": pack.put(shown, "u1")} if any(shown) else {}
 
 
 def listed_targets(result: Result, most: int = BUDGET.listed) -> list[int]:

@@ -182,7 +182,7 @@ class PageWords:
             return "not known: no stretch of a bead was found" if nothing else "nothing nearer than 50 mm"
         pair = " and ".join(escape(in_plain_words(self.result, name)) for name in least["pair"])
         raw = escape(" - ".join(least["pair"]), quote=True)
-        of = " (of the stretches that were found)" if self.result.motion is None else ""
+        of = " (on the parts of the motion that were found)" if self.result.motion is None else ""
         return (
             f'{least["distance_mm"]:.1f} mm between <span title="{raw}">{pair}</span>, '
             f"at {_jump(least['target'], least=True)}; {limit:g} mm needed{of}"

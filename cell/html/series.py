@@ -174,7 +174,9 @@ def _kept(path: DrawnPath, speed: Floats, wanted: float) -> str:
     lost = float(dt[off].sum())
     if lost <= 0:
         return f"kept within {100 * (1 - KEPT_SHARE):.0f} % for all {total:.0f} s of welding"
-    return f"off by more than {100 * (1 - KEPT_SHARE):.0f} % for {lost:.1f} s of the {total:.0f} s of welding"
+    return (
+        f"momentarily off by more than {100 * (1 - KEPT_SHARE):.0f} % for {lost:.1f} s of the {total:.0f} s of welding"
+    )
 
 
 def _clearances(result: Result, path: DrawnPath) -> Clearances:

@@ -1,4 +1,4 @@
-"""A motion as data: what replay shows and what a program is written from.
+"""Beads and travels put together to one timed motion, which is replayed and written as a program.
 
     motion.t_s, motion.q, motion.arc, motion.target       # one row a sample
     motion.columns(), motion.rows_deg()                   # the table that --motion writes
@@ -172,7 +172,7 @@ def _times(dt: Floats) -> Floats:
 
 
 def with_home_travels(job: Job, motion: Motion, out: Floats | None, back: Floats | None) -> Motion:
-    """The same motion with another path to its first bead and from its last one.
+    """A motion with another travel to its first bead and from its last one.
 
     Args:
         job: the job.
@@ -213,7 +213,7 @@ def with_home_travels(job: Job, motion: Motion, out: Floats | None, back: Floats
 
 
 def home_travel_time(job: Job, way: Floats, target: int, *, begins: bool) -> float:
-    """How long a way to the first bead (begins), or from the last one, takes, s."""
+    """Duration of a travel to the first bead (begins), or from the last one, s."""
     ((piece, step),) = timed_travels(job, [AskedTravel(way, target, begins=begins, ends=not begins)])
     return float(piece.dt.sum()) + (step if begins else 0.0)
 

@@ -1,4 +1,4 @@
-"""What became of a bead: what can be run through, and why the rest cannot.
+"""The result of a bead's search: stretches with a motion, and why the other targets have none.
 
     plan.whole, plan.stretches
     plan.edge_failures, plan.target_failures         # by target
@@ -31,7 +31,7 @@ class TargetFailure:
 
 @dataclass(frozen=True, eq=False)
 class BeadPlan:
-    """What became of a bead.
+    """The result of a bead's search.
 
     Attributes:
         first: its first target.
@@ -53,7 +53,7 @@ class BeadPlan:
 
     @property
     def whole(self) -> bool:
-        """Whether the bead can be run through in one."""
+        """Whether one motion leads through the whole bead."""
         return not self.edge_failures and not self.target_failures and not self.open
 
     @property
@@ -63,7 +63,7 @@ class BeadPlan:
 
     @property
     def lost(self) -> int:
-        """Targets that are cut off or out of reach, or were not checked."""
+        """Targets that no motion leads to, that are out of reach, or that were not checked."""
         return len(self.edge_failures) + len(self.target_failures) + len(self.open)
 
     def only(self, known: set[int]) -> BeadPlan:

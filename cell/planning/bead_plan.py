@@ -1,12 +1,13 @@
-"""One bead planned: quickly, then in full, then with the roll sampled finer; and the travel that leads to it.
+"""One bead planned: by the quick search, the full search, then with finer samples of the roll; and the travel to it.
 
     plan = plan_bead(context, first, stop, q_before)
-    plan, leaves = that_can_leave(context, plan)    # ended elsewhere if only so the torch can be drawn back from it
-    plan, way = travel_to(context, last, plan)      # begun elsewhere if that is the only way to reach it
+    plan, leaves = that_can_leave(context, plan)    # with another end if the torch cannot be drawn back from this one
+    plan, way = travel_to(context, last, plan)      # with another beginning if no travel leads to this one
 
-A bead that does not come out whole is searched again with the roll sampled finer, turning as fast as the joints can,
-and with rolls at which its targets are free between the samples, unless it is cut; one to which no travel leads, with
-its beginning elsewhere: in another configuration or at another roll. Metres, radians, seconds.
+A bead for which no whole motion is found is searched again, unless it is cut: with finer samples of the roll, with the
+roll turning as fast as the joints can, and with rolls between the samples at which its targets are free. A bead to
+which no travel leads is searched again with another beginning: another configuration or another roll. Metres, radians,
+seconds.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def reduced_budget(context: Context, to: int | None = None) -> Context:
 
 
 def that_can_leave(context: Context, bead: BeadPlan, avoid: Sequence[Floats] = ()) -> tuple[BeadPlan, bool]:
-    """The bead, ended elsewhere if only so the torch can be drawn back from it; and whether it can."""
+    """The bead, with another end if the torch cannot be drawn back from this one; and whether it can be."""
     deposits_laid = int(context.laid[bead.stop - 1])
     ends: list[Floats] = []
     tried = bead
@@ -185,7 +186,7 @@ class _FastRollSearch:
 
 
 def _search(bead: SearchedBead, ends: Ends, roll_step: float, free: _FastRollSearch | None = None) -> BeadPlan:
-    """Search a bead: quickly, and in full where that finds none."""
+    """Search a bead: by the quick search, and by the full one where that finds no path."""
     if StationSearch.suits(bead):
         stretch = StationSearch(bead, roll_step, ends).run()
         if stretch is not None:

@@ -1,6 +1,6 @@
-"""Runs of beads that are planned one after the other, and what becomes of them: what goes from process to process.
+"""Runs of beads that are planned one after the other, and their plans: the data that processes exchange.
 
-    run = BeadRun(firsts, stop, q_before)       # what is asked
+    run = BeadRun(firsts, stop, q_before)       # the task
     planned.plan, planned.lost, planned.postponed      # a PlannedRun: what became of it
     plan.beads, plan.travels                    # a PartPlan, of a run or of the whole part
 
@@ -25,7 +25,7 @@ HomePaths = tuple[TravelPath | None, TravelPath | None]  # from home to the firs
 
 @dataclass(frozen=True, eq=False)
 class PartPlan:
-    """What became of a part.
+    """The plan of a part, or of a run of its beads.
 
     Attributes:
         beads: in order.
@@ -108,7 +108,7 @@ class BeadRun:
 
 @dataclass(frozen=True, eq=False)
 class PlannedRun:
-    """What became of a run.
+    """The plan of a run.
 
     Attributes:
         plan: of its beads; of a run that went on from a postponed one, up to the next.

@@ -1,4 +1,4 @@
-"""The search of one bead: a way through its nodes, checked where it leads, until one is free or there is none.
+"""The full search of one bead: paths through its nodes are checked one by one, until one is free or none is left.
 
     plan = BeadSearch(bead, nodes).run(q_before)
     plan.whole, plan.stretches, plan.edge_failures, plan.target_failures    # what failed, by target
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ik.bead_path import ROLL_COST, Allowance, Edge, Run, best_runs
+from ik.bead_path import ROLL_COST, Allowance, Edge, KnownPrices, Run, best_runs
 from ik.chain import Floats
 from ik.reachability_proof import certify
 from ik.roll import wrap
@@ -78,6 +78,7 @@ class BeadSearch:
         self._least_bad: dict[int, tuple[float, Clearances, tuple[int, ...]]] = {}  # of the nodes that collide
         self._blocked: dict[int, set[Edge]] = {}
         self._causes: dict[int, list[Failure]] = {}
+        self._prices: KnownPrices | None = None  # from the second search on: few beads need many
         self._done: dict[tuple[int, Edge], Stretch] = {}
         self._followed: set[int] = set()  # targets from which all expensive edges have been followed
         self._gave_up = False
@@ -131,6 +132,7 @@ class BeadSearch:
         if q_before is not None:
             time = (np.abs(self.nodes.q[0] - q_before) / self.bead.speed).max(axis=-1)
             start = np.nan_to_num(time, nan=np.inf)
+        known, self._prices = self._prices, self._prices or KnownPrices()
         return best_runs(
             self.nodes.q,
             self.cost,
@@ -141,10 +143,11 @@ class BeadSearch:
             blocked=self._blocked,
             start_cost=start,
             allowance=self.allowance,
+            known=known,
         )
 
     def _given_up(self) -> list[Run]:
-        """Every target by itself, in a configuration known to be free: of the way between them nothing is claimed."""
+        """Every target by itself, in a configuration known to be free; the motion between them is not checked."""
         self._judge_targets(np.arange(len(self.deposits_laid)))
         best = self.cost.reshape(len(self.deposits_laid), -1).argmin(axis=1)
         nodes = np.stack(np.unravel_index(best, self.cost.shape[1:]), axis=1)
@@ -168,7 +171,7 @@ class BeadSearch:
         return bool(hit.any())
 
     def _may_be_whole(self) -> bool:
-        """Whether each target still has a node: a way that nothing will run along need not be the clearest."""
+        """Whether each target still has a node; if not, the path is not used, so any will do."""
         return bool(np.isfinite(self.cost).any(axis=(1, 2, 3)).all())
 
     def _check(self, index: Ints) -> np.ndarray:
@@ -207,14 +210,14 @@ class BeadSearch:
         self._judged[todo] = True
 
     def lost_alone(self) -> dict[int, TargetFailure]:
-        """Targets without any node that is free, each checked by itself, with why; counted in the whole part."""
+        """Targets without a free node, each checked by itself, with the reason; by number in the whole part."""
         every = np.arange(len(self.deposits_laid))
         self._judge_targets(every, whole=False)
         lost = every[~np.isfinite(self.cost).any(axis=(1, 2, 3))].tolist()
         return {self.first + i: lost for i, lost in self._target_failures(lost).items()}
 
     def _block_broken_edges(self, runs: list[Run]) -> bool:
-        """Follow the edges of the runs that have not been followed; block those that do not hold. True if any."""
+        """Check the edges of the runs that are not checked yet; block those that fail. True if there are any."""
         todo: list[tuple[int, Edge]] = []
         for run in runs:
             nodes = [tuple(node) for node in run.nodes.tolist()]
@@ -348,7 +351,7 @@ class BeadSearch:
         )
 
     def _target_failures(self, lost: list[int]) -> dict[int, TargetFailure]:
-        """Why targets have no node that could be used."""
+        """Why targets have no allowed node."""
         bare = [i for i in lost if not np.isfinite(self.nodes.cost[i]).any()]
         out = {i: self._colliding(i) for i in lost if i not in bare}
         proofs = self._proofs(bare)

@@ -1,11 +1,11 @@
-"""Clearances, with how far the roll may turn without freeing what moves with the TCP.
+"""Clearances, with the range of roll about each configuration in which the tool stays in collision.
 
     seen, held = with_blocked_rolls(context, axes, deposits_laid)     # clearances of m configurations
     held.turn, held.room                                   # (m,) rad and (m,) m
 
-A turn of the roll moves the tool about the wire alone, alike in every branch of the arm: where something of it is
-nearer than the clearance, what that lacks over its distance from the wire is an angle by which no turn frees it. Depths
-are what the collision engine says. Metres and radians.
+A change of roll turns the tool about the wire, alike in every branch of the arm. If a shape of the tool is nearer than
+the clearance, the missing distance divided by the shape's distance from the wire is an angle: no smaller turn frees it.
+Depths of penetration are taken from the collision engine. Metres and radians.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
-"""Layers that lock the torch out: what cannot be welded only because of what was welded before.
+"""Layers that lock the torch out: later beads that cannot be welded only because of them.
 
     plan = with_lockouts(job, context, plan)
     plan.beads[3].target_failures[17].failure.locked_by      # (LaidLayer("SV1", 0), ..)
 
-It is tried out: the bead or the travel is planned once more without these layers, and only what succeeds then is
-reported to be locked out by them. Named are layers of another sub-volume where those are enough, and of these as few
-of the last as are enough. Where not all of a lost part is checked, these trials may ask about LOCKOUTS configurations
-in all.
+The bead or the travel is planned once more without these layers, and only targets that can then be welded are reported
+as locked out. Layers of another sub-volume are named if leaving these out is enough, and of them as few of the last as
+are enough. In an infeasible part that is not checked completely, these trials may query LOCKOUTS configurations in all.
 """
 
 from __future__ import annotations
@@ -117,7 +116,7 @@ def _noted(bead: BeadPlan, targets: set[int], locked_by: tuple[LaidLayer, ...]) 
 
 @dataclass(frozen=True)
 class _LayerTrial:
-    """A failed thing tried again: which of its targets can be welded, and a quick look whether they may."""
+    """A failed bead or travel planned again without layers: its weldable targets, and a quick test for any."""
 
     works: Callable[[Context], set[int]]
     may_work: Callable[[Context], bool]
@@ -167,7 +166,7 @@ def _blame(
     trial: _LayerTrial,
     known: list[int],
 ) -> tuple[set[int], list[int]]:
-    """What works without some layers, and those layers; what is known of others is tried first, and kept where not."""
+    """What can be welded without some layers, and these layers; layers that helped elsewhere are tried first."""
     own = int(job.targets.sub_volume_index[target])
     others = [layers.of(s, deposits_laid) for s in range(len(layers.names)) if s != own]
     together = sorted(d for some in others for d in some)

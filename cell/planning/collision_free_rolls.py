@@ -1,15 +1,15 @@
-"""Rolls at which targets can be stood at, between the samples too.
+"""Rolls at which a target has a free configuration, between the samples too.
 
     found = collision_free_rolls(context, targets, step)   # {i: [(low, high), ...]} rad: free stretches of the roll
     rolls = stabbing(found_of_many)              # (m,) few rolls of which one is in every stretch
     nowhere = free_nowhere(context, targets, step)  # {i: LeastBadRoll}, of those free at no roll
     hint = roll_between_samples(context, nodes, T, deposits_laid, roll)   # at this roll, or beside it
 
-Rolls far apart are checked first, then those between them. Between two samples of a branch the arm has only so far to
-go: where it is deeper in a collision than that at both of them, nothing between them is free, and it is not checked.
-What moves with the TCP only turns about the wire: where it is in something, the depth over its distance from the wire
-is an angle by which no turn frees it, in any branch. All else is halved until ``FINEST``. A search, and no proof:
-depths are what the collision engine says. Metres and radians.
+Rolls far apart are checked first, then those between them. Between two samples of a branch the arm travels a bounded
+distance: if it penetrates by more than that at both samples, nothing between them is free, and it is not checked. The
+tool only turns about the wire: if it penetrates, the depth divided by its distance from the wire is an angle, and no
+smaller turn frees it, in any branch. All other steps are halved down to ``FINEST``. This is a search and not a proof:
+depths of penetration are taken from the collision engine. Metres and radians.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ Stretches = list[tuple[float, float]]
 
 @dataclass(frozen=True, eq=False)
 class KnownRolls:
-    """What is known of targets' branches, sorted by target, branch and roll.
+    """Clearances of branches of targets at rolls, sorted by target, branch and roll.
 
     Attributes:
         target: (m,).
@@ -122,7 +122,7 @@ class LeastBadRoll:
 
 
 def free_nowhere(context: Context, targets: Iterable[int], step: float) -> dict[int, LeastBadRoll | None]:
-    """Targets that are free at no roll; of the others no more is checked than it takes to see it.
+    """Targets that are free at no roll; a target is not checked further once it is found free.
 
     Args:
         context: the arm and the cell.
@@ -153,7 +153,7 @@ def _some_together(targets: Iterable[int]) -> list[Ints]:
 def _searched(
     context: Context, some: Ints, step: float, also: Mapping[int, float], *, until_free: bool = False
 ) -> KnownRolls:
-    """All that has to be checked of some targets, or as much of it as tells which of them are free."""
+    """Everything that has to be checked of some targets, or as much as decides which of them are free."""
     known = rolls_sampled(context, some, step, until_free=until_free)
     if also:
         target, roll = np.array(list(also)), np.array(list(also.values()), dtype=float)
@@ -331,7 +331,7 @@ def _with_room(context: Context, looked: KnownRolls, *, until_free: bool, flips:
 
 
 def _may_hide(context: Context, known: KnownRolls) -> NDArray[np.bool_]:
-    """Steps between neighbouring rolls that may hide something free, (m - 1,)."""
+    """Steps between neighbouring rolls that may contain a free roll, (m - 1,)."""
     a, b = known.room[:-1], known.room[1:]
     out = (np.diff(known.target) == 0) & (np.diff(known.branch) == 0) & (np.diff(known.roll) > FINEST)
     out &= ((a < 0) | (b < 0)) & ~(np.isinf(a) & np.isinf(b))
@@ -346,7 +346,7 @@ def _may_hide(context: Context, known: KnownRolls) -> NDArray[np.bool_]:
 
 
 def _stretches(known: KnownRolls) -> list[tuple[int, float, float]]:
-    """Targets, lowest and highest rolls of what is free without a gap."""
+    """Intervals of free rolls: their targets, lowest and highest rolls."""
     free = np.flatnonzero(known.room >= 0)
     if not len(free):
         return []

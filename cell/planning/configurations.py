@@ -1,4 +1,4 @@
-"""Everything a target could be done with: each roll, each configuration, and what is wrong with it.
+"""All candidates of a target: each roll, each configuration, and why it is not allowed.
 
     nodes = nodes_at_rolls(solver, placed, window, roll_step, limits)
     nodes.q, nodes.cost              # (n, r, g, k, 6), (n, r, g, k); infinite cost = not allowed
@@ -146,7 +146,7 @@ def _deg(angle: float) -> float:
 
 
 def reasons(solver: Solver, Ts: Floats, window: RollWindow, roll_step: float) -> list[str]:
-    """The reasons that :meth:`Nodes.why_not` gives, of targets without an allowed node, without the measures.
+    """The reasons of targets without an allowed node, as :meth:`Nodes.why_not` gives them, without measures.
 
     Args:
         solver: the arm.
@@ -237,7 +237,7 @@ def _joined(parts: list[Floats]) -> Floats:
 
 
 def node_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
-    """What a node is worth avoiding: close to a singularity or to a joint limit.
+    """Cost of a node: high close to a singularity or to a joint limit.
 
     Args:
         room: of the joint nearest to its limit, (...), rad.
@@ -255,7 +255,7 @@ def node_cost(room: Floats, margin: Floats, least: Floats) -> Floats:
 
 
 def near_cost(distance: Floats, clearance: float) -> Floats:
-    """What a node is worth avoiding that keeps its clearance, but not twice as much.
+    """Cost of a node that keeps its clearance, but not twice the clearance.
 
     Args:
         distance: least distance of anything from anything, (...), m.

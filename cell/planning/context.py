@@ -1,4 +1,4 @@
-"""What the searches for a motion share: the arm, the targets, the cell at a table pose, and what is to be kept.
+"""What the searches for a motion share: the arm, the targets, the cell at a table pose, and limits and margins.
 
     context = Context.of(job, table)            # E1, E2 in rad
     context.describe(clearances, k)             # a collision as a failure
@@ -92,7 +92,7 @@ LEAST_REACH = 1e-4  # m: with no clearance asked for, touching still has to be s
 
 @dataclass(frozen=True)
 class Settings:
-    """What a plan keeps to.
+    """Limits, margins and speeds of a plan.
 
     Attributes:
         clearance: least distance of everything from everything, m.
@@ -122,7 +122,7 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """Targets that are planned together, and where the arm comes from and goes to.
+    """Targets that are planned together, and the configurations before and after them.
 
     Attributes:
         first: the first of them.
@@ -176,7 +176,7 @@ class Context:
     def of(
         cls, job: Job, table: tuple[float, float], settings: Settings | None = None, span: Span | None = None
     ) -> Context:
-        """Everything that a job is planned with at a table pose.
+        """The context of a job at a table pose.
 
         Args:
             job: from ``cell.job.job.prepare``.
@@ -191,25 +191,13 @@ class Context:
             InputError: a target has no normal or is not finite.
         """
         settings = settings_of(job) if settings is None else settings
-        scene = job.scene
-        checker, screen = _checkers(scene, table, settings)
-        return cls(
-            solver=job.solver,
-            placed=place_targets(job.targets, scene.T_base_part(*table)),
-            deposits_before=job.deposits_before,
-            laid=job.laid,
-            window=job.window,
-            limits=job.singularity_limits,
-            checker=checker,
-            screen=screen,
-            settings=settings,
-            radius=radii(scene),
-            span=Span.whole(job) if span is None else span,
-        )
+        placed = place_targets(job.targets, job.scene.T_base_part(*table))
+        checkers = _checkers(job.scene, table, settings)
+        return cls._made(job, placed, checkers, settings, radii(job.scene), Span.whole(job) if span is None else span)
 
     @classmethod
     def along(cls, job: Job, tables: Floats, settings: Settings | None = None) -> Context:
-        """Everything that a job is planned with where the table moves along the beads.
+        """The context of a job whose table moves along the beads.
 
         Args:
             job: from ``cell.job.job.prepare``.
@@ -224,19 +212,33 @@ class Context:
         """
         settings = settings_of(job) if settings is None else settings
         first = (float(tables[0, 0]), float(tables[0, 1]))
-        checker, screen = _checkers(with_table_axes(job.scene), first, settings)
+        placed = place_on_moving_table(job.targets, TableKinematics.of(job.scene), tables)
+        checkers = _checkers(with_table_axes(job.scene), first, settings)
+        return cls._made(job, placed, checkers, settings, all_radii(job.scene), Span.whole(job))
+
+    @classmethod
+    def _made(
+        cls,
+        job: Job,
+        placed: PlacedTargets,
+        checkers: tuple[Checker, Checker],
+        settings: Settings,
+        radius: Floats,
+        span: Span,
+    ) -> Context:
+        """A context with what it takes from the job alone."""
         return cls(
             solver=job.solver,
-            placed=place_on_moving_table(job.targets, TableKinematics.of(job.scene), tables),
+            placed=placed,
             deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,
             limits=job.singularity_limits,
-            checker=checker,
-            screen=screen,
+            checker=checkers[0],
+            screen=checkers[1],
             settings=settings,
-            radius=all_radii(job.scene),
-            span=Span.whole(job),
+            radius=radius,
+            span=span,
         )
 
     @property
@@ -266,7 +268,7 @@ class Context:
 
     @property
     def asked(self) -> int:
-        """Configurations that collision detection has been asked about."""
+        """Number of configurations queried so far."""
         return self.checker.asked.count + self.screen.asked.count
 
     @property
@@ -280,7 +282,7 @@ class Context:
         return wire_checker(self.checker)
 
     def without(self, deposits: Collection[int]) -> Context:
-        """The same where some deposits do not count."""
+        """The same context without some deposits."""
         scene, table = self.checker.scene, self.checker.table
         checker = Checker(scene, table, self.checker.reach, deposits)
         screen = Checker(scene, table, self.screen.reach, deposits, beside=checker)

@@ -1,14 +1,13 @@
-"""A part that cannot be built: what is still checked once that is known, and how much of it.
+"""A part that cannot be built: which of its targets are still checked once that is known.
 
     judge = InfeasiblePartJudge(context, first)
     bead = judge.plan(first, stop, q_before, plan_in_full)     # .open: targets of it that were not checked
     judge.left(target)                                         # configurations that may still be asked by then
 
-Work is counted in configurations that collision detection is asked about, and in the contacts found there, so that a
-verdict does not depend on the machine. It has a budget: FLOOR (LARGE_FLOOR for parts of more than SMALL targets), and
-PER_TARGET for each target of the part, spent evenly along it. What is asked about beads that do not come out whole is
-charged to it, and of those that do what exceeds EASY for each of their targets. What the budget allows is judged as if
-there were none.
+Work is counted in configurations queried and in contacts found, so that a verdict does not depend on the machine. The
+budget is FLOOR (LARGE_FLOOR for parts of more than SMALL targets) and PER_TARGET for each target of the part, spent
+evenly along it. Queries for beads that are not found whole are charged to it; of beads that are found whole, queries
+beyond EASY for each of their targets. Within the budget the check is complete.
 
 Beyond the budget, a bead of a part that is not known to be lost is postponed: ``plan`` gives None, and
 ``cell.planning.part_plan`` comes back to it if nothing else is lost: first to see whether it is cut (``bead_cut``),
@@ -56,7 +55,7 @@ TRAVEL_WORK = 4000  # configurations that a way round is searched with, about
 
 @dataclass(frozen=True)
 class Judged:
-    """What a judge has spent and learned.
+    """What a judge has spent, and what it knows of beads.
 
     Attributes:
         spent: configurations asked about what cannot be welded.
@@ -150,7 +149,7 @@ class InfeasiblePartJudge:
         self.lost = True
 
     def knows_lost(self, bead: BeadPlan) -> None:
-        """Take it that a bead still to come is lost, and of one without a lost target that others are like it."""
+        """Note that a later bead is lost; of one without a lost target, that other beads are like it."""
         self.lost = True
         self._pass_next = 0 if bead.target_failures else 1
 
@@ -325,7 +324,7 @@ def first_cut_of(context: Context, beads: Sequence[DoubtfulBead], count: Callabl
 
 
 def lost_bead(first: int, stop: int, target_failures: dict[int, TargetFailure]) -> BeadPlan:
-    """A bead of which some targets are lost and nothing else was checked."""
+    """The result of a bead of which some targets are lost and nothing else was checked."""
     rest = frozenset(range(first, stop)) - target_failures.keys()
     return BeadPlan(first, stop, (), {}, dict(sorted(target_failures.items())), rest)
 
@@ -385,7 +384,7 @@ def most_hit(search: StationSearch) -> Ints:
 
 
 def _spread(first: int, stop: int) -> Iterator[int]:
-    """Targets of a bead, so that those named up to any moment are spread over it."""
+    """All targets of a bead in an order whose beginnings are spread evenly over it."""
     n = max(stop - first - 1, 1)
     bits = n.bit_length()
     for k in range(1 << bits):

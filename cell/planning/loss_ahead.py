@@ -1,12 +1,12 @@
-"""Whether a part is lost by one of its last beads, looked at before much is spent on the others.
+"""Whether one of the last beads of a part cannot be welded: examined before much is spent on the others.
 
     found = loss_ahead(context, last_beads(firsts, stop))
     found.lost                    # a bead that cannot be welded, as what is known of it by then; None: none was found
     found.not_cut                 # beads that were looked at in vain
 
-What is laid last has most in its way. A quick search of the last few beads costs a fraction of one search of a travel;
-of those that it does not find, targets are judged by themselves, and it is looked whether the bead is cut. What is
-found depends on the beads alone, not on what is planned before them, and is kept as long as the context.
+The last beads have the most obstacles. A quick search of a few of them costs a fraction of one search for a travel. If
+it finds no path for a bead, the targets are checked by themselves, and the bead is tested for a cut. The result depends
+on the beads alone, not on what is planned before them, and is kept as long as the context.
 
 Metres and radians.
 """
@@ -39,7 +39,7 @@ Beads = tuple[tuple[int, int], ...]  # the first target of each, and one past it
 
 @dataclass(frozen=True, eq=False)
 class LossAhead:
-    """What was found among the last beads.
+    """The result for the last beads.
 
     Attributes:
         lost: one that cannot be welded; None where none was found.

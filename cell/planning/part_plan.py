@@ -1,4 +1,4 @@
-"""The way of the arm through every bead and from bead to bead.
+"""The motion of the arm along every bead and from bead to bead.
 
     plan = plan_part(context, bead_of_target)    # (n,), ascending
     plan.beads[0].stretches               # what can be run through; edge_failures and target_failures say what cannot
@@ -109,7 +109,7 @@ def plan_runs(
 
 
 def _with_a_cut(context: Context, found: Sequence[PlannedRun], progress: Progress | None) -> list[PlannedRun]:
-    """The same with one bead that is found to be cut: of the last runs, for what is laid last has most in its way."""
+    """The same plan with one bead that is found to be cut, searched from the last runs on."""
     out = list(found)
     some = [k for k, run in enumerate(found) if run.doubtful][: -RUNS_LOOKED_AT - 1 : -1]
     known = {bead for run in found for bead in run.not_cut}
@@ -168,7 +168,7 @@ class _RunSearch:
         self.ahead = BeadsAhead(context, run.firsts[len(self.beads) :], run.stop)
 
     def planned(self, count: Callable[[], None]) -> PlannedRun:
-        """Plan what is left of them."""
+        """Plan the remaining beads."""
         stops = [*self.run.firsts[1:], self.run.stop]
         last = next((bead.stretches[-1] for bead in reversed(self.beads) if bead.stretches), None)
         for first, stop in list(zip(self.run.firsts, stops, strict=True))[len(self.beads) :]:

@@ -1,11 +1,11 @@
-"""A bead's way found at a few stations and between them: what most beads need, at a fraction of the full search's cost.
+"""The quick search of a bead: a path through a few stations and between them. It suffices for most beads.
 
     stretch = StationSearch(bead, roll_step, ends).run()      # None: search in full
 
-Stations stand at most a ``Spacing`` apart along the bead. Every roll and branch is checked there; between them only
-rolls near the way through the stations, in its branch. Where the way collides at a station, rolls around are checked,
-and it goes elsewhere; where it collides between two, another station is put there. Nothing is taken on trust: a way
-counts when all of it has been followed and checked. What is not found here may still be there.
+Stations are at most a ``Spacing`` apart along the bead. Every roll and branch is checked there; between stations only
+rolls near the path through the stations, in its branch. If the path collides at a station, rolls around it are checked
+and another path is taken; if it collides between two stations, another station is added there. A path counts only once
+all of it has been tracked and checked. If no path is found here, there may still be one.
 
 Metres, radians, seconds.
 """
@@ -44,7 +44,7 @@ UNKNOWN, FREE, HIT = 0, 1, 2
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """Where the arm comes from, and configurations that the bead's ends have to differ from.
+    """The configuration before the bead, and configurations that its ends have to differ from.
 
     Attributes:
         q_before: where the arm comes from, (j,), rad, or None.
@@ -198,7 +198,7 @@ class StationSearch:
         return roll if window.is_full else np.clip(roll, window.low, window.high)
 
     def _expected_cost_between(self, branch: int, roll: Floats) -> Floats:
-        """What rolls (t, b) between stations are worth avoiding for what is known at the stations beside them, s."""
+        """Cost of rolls (t, b) between stations, from the costs at the stations beside them, s."""
         expected_cost = np.where(self.known[:, branch] == HIT, COLLISION_PENALTY, self.expected_cost[:, branch])
         if expected_cost.any():  # where something is near, what has not been checked may be nearer
             expected_cost = np.where(
@@ -339,7 +339,7 @@ class StationSearch:
                     cost[k][np.abs(wrap(q[:, k] - other[:, None, None])).max(axis=0) < ELSEWHERE] = np.inf
 
     def _arriving(self, q: Floats) -> Floats:
-        """What coming to nodes of the first target costs, (j, g, r) -> (g, r), s."""
+        """Cost of the motion to nodes of the first target, (j, g, r) -> (g, r), s."""
         if self.ends.q_before is None:
             return np.zeros(q.shape[1:])
         move = q - self.ends.q_before[:, None, None]

@@ -1,4 +1,4 @@
-"""Stations of a bead: a few of its targets, and all rolls and branches that there are to choose from at them.
+"""Stations of a bead: a few of its targets, with the candidates at them (all rolls and branches).
 
     (nodes,) = StationNodes.of_each([bead], roll_step)       # what each costs to be in
     nodes.at, nodes.q, nodes.cost
@@ -47,13 +47,13 @@ class Spacing:
 
     @classmethod
     def of_a_held_roll(cls) -> Spacing:
-        """Wider: there are only branches to choose from, and the way that is chosen is checked all along as any."""
+        """A wider spacing, for a held roll: only the branch is chosen, and the path is checked all along anyway."""
         return cls(4 * cls.length, 4 * cls.turn)
 
 
 @dataclass(frozen=True, eq=False)
 class StationNodes:
-    """All that there is to choose from at the stations of a bead.
+    """The candidates at the stations of a bead.
 
     Attributes:
         Ts: the bead's targets at roll 0, base frame, (t, 4, 4), m.

@@ -2,8 +2,8 @@
 
     unreachable(context, range(first, stop))      # {i: TargetFailure}
 
-To prove it of many targets together costs little more than of a few. So it is looked at in blocks of neighbouring
-targets, each once, and what is found is kept as long as the context. Metres and radians.
+A proof for many targets together costs little more than for a few. So targets are examined in blocks of neighbours,
+each block once, and the result is kept as long as the context. Metres and radians.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _known: WeakKeyDictionary[Context, dict[int, NDArray[np.bool_]]] = WeakKeyDictio
 
 
 def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFailure]:
-    """Which of some targets cannot be reached, proved, with why.
+    """The targets that are proved out of reach, with the reason.
 
     Args:
         context: the arm and the cell.
@@ -52,7 +52,7 @@ def unreachable(context: Context, targets: Iterable[int]) -> dict[int, TargetFai
 
 
 def _proved(context: Context, every: Ints) -> Ints:
-    """Those of some targets of which it is proved."""
+    """The targets of a block that are proved out of reach."""
     known = _known.setdefault(context, {})
     out = np.zeros(len(every), dtype=bool)
     for block in np.unique(every // BLOCK).tolist():

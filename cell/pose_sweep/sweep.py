@@ -174,6 +174,7 @@ def _hopeless(job: Job, pose: Pose, found: Screened) -> Row:
         "reasons": {reason: found.reasons.get(reason, 0) for reason in REASONS},
         "searched": False,
         "looked_at": found.looked_at,
+        "not_looked_at": len(job.targets) - found.looked_at,
     }
 
 
@@ -197,6 +198,7 @@ def pose_outcome(job: Job, pose: Pose) -> Row:
             "reasons": result.reasons,
             "searched": True,
             "looked_at": result.looked_at,
+            "not_looked_at": result.not_looked_at,
             **_measures(result),
         }
     )

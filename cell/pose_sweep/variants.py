@@ -29,6 +29,11 @@ def variants(document: dict[str, Any]) -> list[tuple[Pose, list[SweepRow]]]:
     return list(found.items())
 
 
+def is_lower_bound(row: SweepRow) -> bool:
+    """Whether more of a pose's targets may be infeasible than its row counts: some were not checked, or alone."""
+    return not row["searched"] or row.get("not_looked_at", 0) > 0
+
+
 def variant_words(pose: Pose) -> str:
     """What a cell was given to try; empty where nothing."""
     return ", ".join(variant_pieces(pose))

@@ -22,7 +22,7 @@ import numpy as np
 from ..arrays import Ints
 from ..case.read import with_changes
 from ..case.sections import Checks
-from ..failure import Where
+from ..failure import Kind, Where
 from ..job.job import Job
 from ..progress import Progress, counted_progress
 from ..verdict.check import check_fixed
@@ -47,6 +47,7 @@ TRIES = 5  # growing sizes of one change
 GROW = 1.9
 SHOWN = 3  # remedies for the part as a whole
 TRIED_FIRST = 3  # beads that are tried before the whole part
+OVERHANG = Kind.OVERHANG.reason
 
 
 def remedies(
@@ -67,6 +68,9 @@ def remedies(
     found = target_groups(result.job.targets, [None if row.failure is None else row.reason for row in result.rows])
     if not found:
         return
+    if all(group.reason == OVERHANG for group in found) and not result.job.overhanging_beads:
+        yield _of_the_part_alone(result)
+        return
     if result.moved is not None:
         # single changes are searched at one pose of the table: of one that moves they would say nothing
         yield other_mode(result, progress, time.process_time() + seconds) or nothing_moving(result)
@@ -86,6 +90,16 @@ def remedies(
         known = {remedy.change["key"] for remedy in best if remedy.change and remedy.checked == "part"}
         for group in parts:
             yield from _unless_known(search.run(group.targets, group.reason, 1, CHECKS_GROUP), best, bool(known))
+
+
+def _of_the_part_alone(result: Result) -> Remedy:
+    """That layers overhang whatever the cell is like; another slicer's beads may have the table or a fixture below."""
+    bad = np.array(sorted(result.failures), dtype=np.int64)
+    sentence = (
+        "no roll, table pose, placement, seam, stick-out, speed or rounding changes how far a layer overhangs;"
+        " another slicing.strategy or another part may, or a larger checks.overhang_mm allows it"
+    )
+    return Remedy(bad, OVERHANG, None, None, len(bad), sentence)
 
 
 def _unless_known(own: list[Remedy], best: list[Remedy], mended: bool) -> Iterator[Remedy]:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..pose_sweep.grid import Pose
-from ..pose_sweep.variants import SweepRow, variant_words, variants
+from ..pose_sweep.variants import SweepRow, is_lower_bound, variant_words, variants
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -43,11 +43,11 @@ def sweep_lines(document: dict[str, Any]) -> Iterator[RenderableType]:
             yield Text(variant_words(pose), style="bold")
         yield from _map(rows)
     wide = all(len({row["E2_deg"] for row in rows}) <= MOST_COLUMNS for _, rows in shown)
-    more = " (12+: at least 12)" if any(not row["searched"] for row in document["poses"]) else ""
+    more = " (12+: at least 12)" if any(map(is_lower_bound, document["poses"])) else ""
     yield (
         f"yes: feasible; a number: count of infeasible targets{more}"
         if wide
-        else "#: feasible; + below 10 %, : below 50 %, . more of the targets infeasible"
+        else "#: feasible; + below 10 %, : below 50 %, . more of the targets checked infeasible"
     )
     yield _best(best)
 
@@ -96,7 +96,7 @@ def _mark(row: SweepRow | None, wide: bool) -> tuple[str, str]:
         return (f"{'yes':>{CELL}}" if wide else "#"), "green"
     k = row["infeasible"]
     if wide:
-        return f"{f'{k}' if row['searched'] else f'{k}+':>{CELL}}", "red"
+        return f"{f'{k}+' if is_lower_bound(row) else f'{k}':>{CELL}}", "red"
     share = k / row.get("looked_at", k)
     return ("+" if share < 0.1 else ":" if share < 0.5 else "."), "red"
 

@@ -197,6 +197,8 @@ def _opened(staged: StagedScene, player: Player, place: Address) -> tuple[Any, A
         viewer = web_viewer.WebViewer(
             config, endpoint, model=staged.model, plugins=[Panel(player, BrowserStage(staged, player))]
         )
+    # that a browser has connected, or gone, is no news either
+    logging.getLogger("WebServer").setLevel(logging.WARNING)
     if not sockets:
         viewer.close()
         raise InputError("this version of MuJoCo's web viewer cannot choose an interface; use 4.0")

@@ -9,6 +9,7 @@ written beside its place and renamed when it is whole, so that an interrupted on
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -36,6 +37,7 @@ FASTEST_GIF = 50.0  # frames a second: browsers show faster ones slowly
 MOST_FRAMES = {".mp4": 60_000, ".gif": 2_000}  # frames; pillow holds those of a gif in memory
 SHADOWS, SAMPLES = 4096, 4  # half of a picture's: a frame is seen for a moment, and costs half as much
 PALETTE_FRAMES = 8  # that a gif's colours are taken from
+LEAST_FREE = 2**20  # bytes of a disk: with less free, that is why an encoder stopped
 NO_ENCODER = "mp4 needs an encoder: pip install 'rbam-cell[video]' (imageio-ffmpeg), or give a .gif file"
 
 
@@ -206,6 +208,7 @@ def _write_mp4(file: Path, frames: Iterator[Pixels], form: Format, count: int) -
         pix_fmt_out="yuv420p",  # what every player plays
         macro_block_size=2,
         quality=None,
+        ffmpeg_log_level="quiet",  # what stops it is reported below, in one line
         # the index in front, so that it plays while it loads
         output_params=["-crf", "20", "-preset", "medium", "-movflags", "+faststart"],
     )
@@ -214,7 +217,10 @@ def _write_mp4(file: Path, frames: Iterator[Pixels], form: Format, count: int) -
         for frame in frames:
             writer.send(np.ascontiguousarray(frame))
     except OSError as error:
-        raise InputError(f"{form.path}: the encoder stopped ({' '.join(str(error).split())[:300]})") from None
+        if shutil.disk_usage(file.parent).free < LEAST_FREE:
+            raise InputError(f"{form.path}: cannot be written (No space left on device)") from None
+        why = " ".join(str(error).split("FFMPEG COMMAND")[0].split())  # imageio puts the whole command behind it
+        raise InputError(f"{form.path}: the encoder stopped ({why[:300]})") from None
     finally:
         writer.close()
 

@@ -1,9 +1,9 @@
-"""What a bead is; how layers become beads is `slicing.beads.lay`'s.
+"""A bead as data. `slicing.beads.lay` makes beads of layers.
 
     bead.points, bead.closed, bead.rolled(7), bead.reversed()
 
 By default every border of a layer is one bead, as in the paper, the border its centre line. The patterns that fill
-a layer are `slicing.beads.infill`'s.
+a layer are in `slicing.beads.infill`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..mesh.solid import Floats
 
 @dataclass(frozen=True, eq=False)
 class Bead:
-    """What the torch lays in one go.
+    """A run of metal that the torch lays without a stop of the arc.
 
     Attributes:
         points: (n, 3) mm, part frame, fine, on the layer's surface; a closed bead does not repeat its first.
@@ -70,7 +70,7 @@ class Bead:
         )
 
     def reversed(self) -> Bead:
-        """The same bead the other way; a closed one starts at the same place."""
+        """The bead in the opposite direction; a closed one starts at the same place."""
         order = np.arange(len(self.points))[::-1]
         order = np.roll(order, 1) if self.closed else order
         where = np.argsort(order)

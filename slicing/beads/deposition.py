@@ -1,14 +1,14 @@
-"""Metal that beads lay against metal that their layers take, and what it weighs.
+"""The metal that beads lay compared with the metal that their layers need, and its mass.
 
     metal = layer_metal(sliced, beads, pitch_mm=3.75)      # by layer
     metal[3].share                                         # 0.97: three in a hundred are missing there
     beads = with_metal(sliced, beads, parameters)          # varied within what the process can do
 
-A bead that has neighbours a pitch away on either side fills a pitch of its layer: its section is pitch times thickness.
-So much metal a bead carries for its length, at its nominal speed. What a layer takes is its thickness integrated over
-its region (`slicing.volume.layer_areas.laid_volume`). Where beads stand alone or at the edge of a region, or where
-their number does not divide the wall, the two differ; a process that can lay more or less metal for a length evens
-that out (`BeadParameters.metal_share`): the torch goes more slowly or faster there.
+A bead with neighbours a pitch away on either side fills a pitch of its layer: its section is pitch times thickness. At
+the nominal speed every bead lays that much metal per length. A layer needs its thickness integrated over its region
+(`slicing.volume.layer_areas.laid_volume`). The two differ where beads stand alone or at the edge of a region, or where
+a whole number of beads does not fit the wall. A process that can vary the metal per length evens that out
+(`BeadParameters.metal_share`): the torch moves more slowly or faster there.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class LayerMetal:
 
     @property
     def share(self) -> float:
-        """Laid of wanted; 1 where nothing is wanted."""
+        """Metal laid divided by metal needed; 1 where none is needed."""
         return self.laid_mm3 / self.wanted_mm3 if self.wanted_mm3 > 0 else 1.0
 
     def to_dict(self) -> dict[str, float]:
@@ -54,7 +54,7 @@ class LayerMetal:
 
 
 def wanted_mm3(sliced: SlicedSubVolume, layer: int) -> float:
-    """What a layer takes, mm³: its thickness integrated over its region."""
+    """Metal that a layer needs, mm³: its thickness integrated over its region."""
     if sliced.stands_on_plate:
         return sliced.layers[layer].area_mm2 * sliced.parameters.h_layer_mm
     below = sliced.layers[layer - 1].surface if layer else None
@@ -62,7 +62,7 @@ def wanted_mm3(sliced: SlicedSubVolume, layer: int) -> float:
 
 
 def bead_mm3(sliced: SlicedSubVolume, bead: Bead, pitch_mm: float) -> float:
-    """What a bead lays, mm³: pitch times thickness along it, as much of it as the bead is given."""
+    """Metal that a bead lays, mm³: pitch times thickness along it, times the bead's share of the nominal metal."""
     thickness = sliced.thickness_at(bead.layer, bead.points) + bead.gained_mm
     ends = np.roll(bead.points, -1, axis=0) if bead.closed else bead.points[1:]
     step = np.sqrt(((ends - bead.points[: len(ends)]) ** 2).sum(axis=1))
@@ -88,7 +88,7 @@ def layer_metal(sliced: SlicedSubVolume, beads: Sequence[Bead], pitch_mm: float)
 
 
 def with_metal(sliced: SlicedSubVolume, beads: Sequence[Bead], parameters: BeadParameters) -> tuple[Bead, ...]:
-    """Beads that carry as much metal as their layer takes, within what the process can do.
+    """Beads that lay as much metal as their layer needs, within the limits of the process.
 
     Args:
         sliced: the sub-volume.
@@ -106,7 +106,7 @@ def with_metal(sliced: SlicedSubVolume, beads: Sequence[Bead], parameters: BeadP
 
 
 def metal_lines(name: str, metal: Sequence[LayerMetal], parameters: BeadParameters) -> list[str]:
-    """A line about the layers in which more or less metal is laid than they take.
+    """A warning about layers in which more or less metal is laid than they need.
 
     Args:
         name: of the sub-volume.

@@ -1,4 +1,4 @@
-"""Points of a curve between two of its fine points, as exact as these: on the surface, and on the mesh's face.
+"""Exact points of a curve between two of its fine points: on the layer's surface and on the mesh's face.
 
     between = point_between(sliced, layer, a, b)
     between(np.array([0.25, 0.5]))                  # (2, 3)

@@ -1,4 +1,4 @@
-"""Beads seen closely: their thickness at places a quarter of a millimetre apart, and any place between.
+"""Beads sampled finely: their thickness at places a quarter of a millimetre apart, and anywhere between.
 
 Use:
 
@@ -25,7 +25,7 @@ Run = tuple[float, float]
 
 @dataclass(frozen=True, eq=False)
 class FinelySampledBead:
-    """A bead seen closely.
+    """A finely sampled bead.
 
     Attributes:
         at: (m,) places, as numbers of its points with shares of the way to the next.
@@ -39,7 +39,7 @@ class FinelySampledBead:
 
 
 def fine_thickness(sliced: SlicedSubVolume, bead: Bead) -> FinelySampledBead:
-    """A bead at close places; a closed one comes back to its first point.
+    """Sample a bead finely; the samples of a closed one end at its first point.
 
     Args:
         sliced: its sub-volume.

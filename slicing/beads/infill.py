@@ -98,7 +98,7 @@ def contour_rounds(
 
 
 def wide_part(region: Any, first_mm: float, pitch_mm: float, width_mm: float) -> Any:
-    """Where the first round of a region runs: not where one bead along the middle lays the metal better than two.
+    """Where the first round of a region runs: not where one bead along the middle fits the wall better than two.
 
     Args:
         region: shapely, mm.
@@ -127,7 +127,7 @@ def _without_narrow(inset: Any, least_mm: float, width_mm: float) -> Any:
 
 
 def _greatest_width(region: Any, most_mm: float, width_mm: float) -> float:
-    """Width of a region at its widest place, mm; most_mm where it is wider than that."""
+    """Greatest width of a region, mm; at most most_mm."""
     region = region.simplify(FITTED * width_mm)
     low, high = 0.0, most_mm
     if not region.buffer(-0.5 * high, quad_segs=4).is_empty:
@@ -179,7 +179,7 @@ def fitted_pitch(island: Island, first_mm: float, pitch_mm: float, width_mm: flo
 
 
 def _beyond(island: Island, width_mm: float) -> float:
-    """How far beyond a ring's middle period beads there see, mm: what is eroded is gone at half the ring's height."""
+    """How far beyond its middle period a ring has to be repeated, mm: erosion ends at half the ring's height."""
     _, y0, _, y1 = island.region.bounds
     return 4.0 * min(width_mm, y1 - y0)
 
@@ -204,7 +204,7 @@ def only_areas(geometry: Any) -> Any:
 
 
 def _between_rounds(island: Island, inset: Any, after: Any, pitch_mm: float, width_mm: float) -> Iterator[Stroke]:
-    """What a round and the next leave between them, where it is long and wide enough for a bead of its own."""
+    """Gaps between a round and the next that are long and wide enough for a bead of their own."""
     import shapely
 
     rest = inner_part(inset, 0.5 * pitch_mm).difference(after.buffer(0.5 * pitch_mm * (1 + 1e-3) + 1e-3))
@@ -219,7 +219,7 @@ def _between_rounds(island: Island, inset: Any, after: Any, pitch_mm: float, wid
 def _core(
     island: Island, inset: Any, after: Any, pitch_mm: float, width_mm: float, laid: Sequence[Stroke]
 ) -> Iterator[Stroke]:
-    """What a round, the next and what is laid between them leave uncovered: half a pitch inside the round, one more."""
+    """The core that a round, the next and the beads between them leave uncovered: room for one more round."""
     import shapely
 
     bare = inner_part(inset, 0.5 * width_mm).difference(after.buffer(0.5 * width_mm))

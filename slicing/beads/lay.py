@@ -1,13 +1,14 @@
-"""From layers to beads: what the torch lays in one go, as fine points on the layers' exact surfaces.
+"""From layers to beads, as fine points on the layers' exact surfaces.
 
     laid = lay_beads([sliced], BeadParameters("zigzag", width_mm=5.0))
     laid[0].beads[3].points, laid[0].beads[3].closed         # in the order in which they are laid
     laid[0].places                                           # where the thickness leaves its limits
     (slicing.beads.thickness_policy)
 
-First the borders of a layer, or what fills it. Then, layer by layer: what is too thin or too thick is dealt with
-(`slicing.beads.thickness_policy`), directions alternate, closed beads get their seam (`slicing.beads.seams`), beads
-their order (`slicing.beads.order`), and their starts and ends are led in and out (`slicing.beads.lead_in_out`).
+First come the borders of a layer, or the beads that fill it. Then, layer by layer, places that are too thin or too
+thick are treated (`slicing.beads.thickness_policy`), directions alternate, closed beads get their seam
+(`slicing.beads.seams`), beads their order (`slicing.beads.order`), and their starts and ends are led in and out
+(`slicing.beads.lead_in_out`).
 """
 
 from __future__ import annotations
@@ -127,7 +128,7 @@ def _laid(sliced: SlicedSubVolume, parameters: BeadParameters, locate: bool, all
 
 
 def layer_beads(layer: Layer, parameters: BeadParameters, tolerance_mm: float = 0.01) -> list[Bead]:
-    """A layer's beads as its pattern has them: contours, then infill; seams, order and leads not yet examined.
+    """A layer's beads by its pattern: contours, then infill; seams, order and leads are not set yet.
 
     Args:
         layer: the layer.

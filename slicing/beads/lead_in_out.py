@@ -3,10 +3,9 @@
     bead = with_leads(sliced, bead, parameters)
 
 A closed bead starts lead_in before its seam and ends lead_out past it, so that start and end crater lie in material
-that is welded over. An open bead has nothing before its start or past its end to run on to that belongs to the
-part; its arc starts lead_in within the bead, runs back to the bead's start and then forward, and at the end runs back
-by lead_out: the start is welded over and the end crater filled, and nothing stands out of the layer. A lead is at
-most as long as the bead.
+that is welded over. An open bead has no part before its start or past its end to run on to; its arc starts lead_in
+within the bead, runs back to the bead's start and then forward, and at the end runs back by lead_out: the start is
+welded over and the end crater filled, and nothing stands out of the layer. A lead is at most as long as the bead.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     layers = in_laying_order(layers, parameters)
 
-Contours come before infill (or after it, as asked). Within each of the two the way is the shortest there is for up to
-EXACT_COUNT beads, and for more the nearest neighbour's, bettered by turning round stretches of it (2-opt). It begins
+Contours come before infill (or after it, as asked). Within each of the two the travel is exactly the shortest for up to
+EXACT_COUNT beads; for more it is that of the nearest neighbour, improved by reversing stretches (2-opt). It begins
 where the layer below ended. Open beads may be laid from either end, unless directions alternate by layer.
 """
 
@@ -78,7 +78,7 @@ def shortest(beads: Sequence[Bead], start: Floats | None, may_turn: bool) -> lis
 
 
 def _exact(gaps: list[list[float]], begin: list[float], free: list[bool]) -> list[int]:
-    """The shortest way of all: by sets of beads that are done and the one done last."""
+    """The order of shortest travel (Held and Karp): by sets of beads that are done and the one done last."""
     n = len(free)
     every = [2 * k + s for k in range(n) for s in ((0, 1) if free[k] else (0,))]
     best: dict[tuple[int, int], tuple[float, int]] = {(1 << (e // 2), e): (begin[e], -1) for e in every}
@@ -117,7 +117,7 @@ def _greedy(gaps: Floats, begin: Floats, free: list[bool]) -> list[int]:
 def _bettered(
     way: list[int], gaps: list[list[float]], begin: list[float], free: list[bool], same: list[bool]
 ) -> list[int]:
-    """2-opt: stretches turned round as long as that shortens the way."""
+    """2-opt: stretches are reversed as long as that shortens the travel."""
 
     def turned(e: int) -> int:
         return e ^ 1 if free[e // 2] else e

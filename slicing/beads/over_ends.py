@@ -1,4 +1,4 @@
-"""Layers that close over the end of a body, laid flat: round the pole as its map shows it, farther down right round.
+"""Layers that close over the end of a body, unrolled: about the pole by its map, farther down right round the axis.
 
     views, whole = views_over_ends(surface, layer, below, under)    # clipped to where each is true
 

@@ -1,4 +1,4 @@
-"""The part of a layer that overhangs: how far it stands out over what lies below, and what begins in the air.
+"""The part of a layer that overhangs: how far it stands out over what lies below, and pieces with nothing below.
 
     found = overhangs(sliced, allowed_mm=2.5)
     found[3].area_mm2, found[3].begins_mm2, found[3].place_mm     # mm² with nothing below; in whole pieces; where
@@ -127,7 +127,7 @@ def _overhang(sliced: SlicedSubVolume, layer: Layer, below: Layer | None, allowe
 
 
 def _farthest_of(views: Sequence[View]) -> tuple[float, Floats | None]:
-    """How far a layer stands out over what lies below, and where; inf where nothing lies below."""
+    """Greatest overhang of a layer and its place; inf where nothing lies below."""
     best: tuple[float, Floats | None] = (0.0, None)
     for view in views:
         far, at, foot = _farthest(view.region, view.support)

@@ -7,9 +7,9 @@ Which chart (`slicing.surfaces.charts`): planes their own, whatever goes round t
 over the body's end the map of that pole, all else the surface unrolled. Beside the pole the one that distorts less is
 taken.
 
-What runs far down from a pole (a cap over a shaft's end and its sides) is longer round the axis in the pole's map than
-on the body. Where that is too much, and a parallel divides it into an end and a ring that both fare better, it is
-divided there (`RegionOverlap`); the pieces reach so far over the cut that their outermost beads are neighbours.
+A region that runs far down from a pole (a cap over a shaft's end and its sides) is longer round the axis in the pole's
+map than on the body. If the distortion is too large, and an end and a ring would both be distorted less, it is divided
+at a parallel (`RegionOverlap`); the pieces overlap so far that their outermost beads are neighbours.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ DOUBTFUL_RAD = 0.5 * math.pi  # borders with steps so far round the axis pass by
 
 @dataclass(frozen=True)
 class RegionOverlap:
-    """How pieces of a divided region meet.
+    """Overlap of the pieces of a divided region.
 
     Attributes:
         over_mm: how far each reaches over the cut.

@@ -78,7 +78,7 @@ def _started(sliced: SlicedSubVolume, bead: Bead, below: Floats, p: BeadParamete
 def _placed(
     sliced: SlicedSubVolume, bead: Bead, angle_deg: float | None, xyz_mm: tuple[float, float, float] | None
 ) -> Bead:
-    """A closed bead from the point on that is nearest to a point or an angle."""
+    """A closed bead that starts nearest to a point or an angle."""
     if xyz_mm is not None:
         return _split(sliced, bead, *_nearest(bead.points, np.asarray(xyz_mm, dtype=np.float64)))
     across = bead.points - np.append(sliced.body.surface.axis_point, 0.0)

@@ -1,4 +1,4 @@
-"""Thin stretches of beads handed to the layer above: which, and what the beads there take over.
+"""Thin stretches of beads merged into the layer above: which ones, and the thickness that the beads there gain.
 
     runs, done, handed = merged(sliced, bead, fine, runs, above, parameters)
     above = gaining(sliced, above, handed, parameters)
@@ -161,7 +161,7 @@ def gaining(
 
 
 def _with_more(bead: Bead, more: Floats) -> Bead:
-    """A bead that takes over thickness; targets have to see where it begins and ends, and how it goes between."""
+    """A bead that gains thickness, with points where the gain begins and ends and in between, for the targets."""
     takes = more > 0.0
     step = max(round(STOP_MM / SPACING_MM), 1)
     edge = takes & ~(np.roll(takes, 1) & np.roll(takes, -1))

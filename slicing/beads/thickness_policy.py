@@ -1,4 +1,4 @@
-"""What becomes of beads where their thickness leaves h_min .. h_max (the paper's figure 18).
+"""Beads whose thickness leaves h_min .. h_max (the paper's figure 18): reported, trimmed or merged.
 
     layers, places = with_policy(sliced, layers, parameters)      # by sliced.parameters.thickness
     places[0].done, places[0].length_mm, places[0].start_mm
@@ -11,7 +11,7 @@ merge:  where a bead is too thin it is left out, and the bead of the layer above
         h_max; elsewhere the bead stays and is reported, as it is where it is too thick. Layers are processed from
         the body outward, so that thickness taken over counts when the next layer is examined.
 
-Thin places are found on every bead, seen closely (`slicing.beads.fine_thickness`).
+Thin places are found on finely sampled beads (`slicing.beads.fine_thickness`).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class ThicknessPlace:
 def with_policy(
     sliced: SlicedSubVolume, layers: Sequence[Sequence[Bead]], parameters: BeadParameters
 ) -> tuple[list[list[Bead]], list[ThicknessPlace]]:
-    """Beads as the sub-volume's policy wants them.
+    """Beads treated by the sub-volume's policy.
 
     Args:
         sliced: the sub-volume; its parameters name the policy and the limits.

@@ -8,8 +8,8 @@ its border; if that is too long, a new bead begins. In a ring, lines at an angle
 after a turn. Lines along the way round close (angles whose rise in a turn is less than a pitch count as such).
 
 The distance is the one at which the lines lay the metal that is left for them (`strokes_of_length`). Their joints, the
-rounds that they run into, and rounding their number up are a surplus, which lines a little farther apart make up for:
-at most a bead's width, beyond which there would be a gap between two. Lines a little closer make up for missing metal.
+rounds that they run into, and rounding their number up give a surplus of metal. It is made up for by lines a little
+farther apart, at most a bead's width, beyond which there would be gaps. Missing metal is made up for by closer lines.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ OVER = 0.1  # lines run this share of a width further into the rounds about them
 def zigzag(
     island: Island, inside_mm: float, over_mm: float, pitch_mm: float, width_mm: float, angle_deg: float
 ) -> Iterator[Stroke]:
-    """Lines to and fro.
+    """Parallel lines, joined to and fro.
 
     Args:
         island: what to fill.

@@ -9,7 +9,8 @@ the order of deposition; a check then looks only at deposits below the current n
 
 A layer that is far from convex (a ring, a C, a hole) is cut into pieces until each fills most of its hull, so that the
 torch can still go in where there is room. Pieces cover what they stand for: where a border is the centre line of a
-bead, that bead stands out of its layer by half its width (``beyond_borders``).
+bead, that bead stands out of its layer by half its width (``beyond_borders``). Planes of strategy planar are the tops
+of their layers: there a piece reaches down to the plane below as well as up to the next one.
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slicing.arrays import Floats
 
+from ..beads.infill import only_areas
 from ..beads.lay import LaidSubVolume
 from ..layers.layer import Layer, SlicedSubVolume
 from ..mesh.hull import convex_hull, hull_planes
@@ -172,20 +174,20 @@ def beyond_borders(laid: LaidSubVolume, parameters: BeadParameters) -> Floats:
 
 def _slabs(s: SlicedSubVolume, layer: Layer, beyond: float, *, few: bool = False) -> Iterator[Floats]:
     """Hull points of a layer's pieces."""
-    above = s.layers[layer.index + 1 :][:1]
+    above, down = s.layers[layer.index + 1 :][:1], s.metal_below_mm(layer.index)
     for piece in _pieces(layer, beyond, few=few):
-        yield _slab(layer, piece, above)
+        yield _slab(layer, piece, above, down)
 
 
-def _slab(layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:
-    """Hull points of a piece of a layer: from its surface out to the next layer's."""
+def _slab(layer: Layer, points: Floats, above: Sequence[Layer], down: float) -> Floats:
+    """Hull points of a piece of a layer: from its surface out to the next layer's, and so far below it, mm."""
     normals = layer.surface.normals(points)
     if above:
         height = np.maximum(-above[0].surface.distance(points), 0.0)
     else:
         height = np.full(len(points), max(layer.thickness_mm[1], SIMPLIFY_MM))
     top = points + normals * (height + SIMPLIFY_MM)[:, None]
-    return np.concatenate([points - normals * SIMPLIFY_MM, top])
+    return np.concatenate([points - normals * (down + SIMPLIFY_MM), top])
 
 
 def _pieces(layer: Layer, beyond: float, *, few: bool) -> Iterator[Floats]:
@@ -229,7 +231,7 @@ def _winds(axis_point: tuple[float, float], points: Floats) -> bool:
 
 
 def _carried_on(surface: Surface, points: Floats, beyond: float) -> Floats:
-    """Points whose hull covers all that is less than ``beyond`` from given ones, across the surface's normal."""
+    """Points whose hull holds what is less than ``beyond`` from given ones, along the surface and across its normal."""
     if beyond == 0.0:
         return points
     normals = surface.normals(points)
@@ -237,25 +239,37 @@ def _carried_on(surface: Surface, points: Floats, beyond: float) -> Floats:
     around /= np.maximum(np.linalg.norm(around, axis=1), 1e-12)[:, None]
     up = np.cross(normals, around)
     far = np.sqrt(2.0) * beyond  # a square on its corner holds the circle
-    return np.concatenate([points + far * way for way in (around, -around, up, -up)])
+    square = np.concatenate([points + far * way for way in (around, -around, up, -up)])
+    off = surface.distance(square)
+    if np.abs(off).max() <= SIMPLIFY_MM:
+        return square
+    # the surface bends away: an octagon across the normal, and one on the surface, hold the circle between them
+    turns, far = np.arange(8) * np.pi / 4, beyond / np.cos(np.pi / 8)
+    flat = np.concatenate([points + far * (np.cos(t) * around + np.sin(t) * up) for t in turns])
+    return np.concatenate([flat, flat - surface.distance(flat)[:, None] * surface.normals(flat)])
 
 
 def _polygons(layer: Layer, surface: Cylinder | Plane, beyond: float) -> Iterator[Polygon]:
     """The layer's regions in its unrolled surface, carried on beyond their borders."""
-    import shapely
-
     outer = [c for c in layer.curves if c.closed and not c.hole]
     holes = [c for c in layer.curves if c.closed and c.hole]
     for curve in outer:
         flat = surface.unrolled(curve.points)
-        polygon = shapely.Polygon(flat)
+        polygon = _region(flat)
         for hole in holes:
-            inner = shapely.Polygon(_same_turn(surface, hole.points, flat))
+            inner = _region(_same_turn(surface, hole.points, flat))
             if inner.area < polygon.area:  # else this is an island within the hole
                 polygon = polygon.difference(inner)
         # eight chords a quarter turn, moved out to hold the circle
         polygon = polygon.buffer(beyond / np.cos(np.pi / 32), quad_segs=8).buffer(SIMPLIFY_MM, join_style="mitre")
         yield polygon.simplify(SIMPLIFY_MM)
+
+
+def _region(flat: Floats) -> Any:
+    """What a flat border encloses; one that crosses itself, if only by rounding, would lose corners when widened."""
+    import shapely
+
+    return only_areas(shapely.make_valid(shapely.Polygon(flat)))
 
 
 def _same_turn(surface: Cylinder | Plane, points: Floats, like: Floats) -> Floats:

@@ -4,10 +4,10 @@
     root = part_between_heights(mesh, z_mm)  # the part of a sub-volume that has the body below it
     over_ends_mm3(mesh, CylindricalBody(20.0), z_mm)             # what lies within the radius beyond the ends
 
-The rule: layer 0 lies on the body that is there, so it ends where the body ends. Offsets of a cylinder or a cone go on
-beyond its ends, where what they begin with has nothing below (`slicing.beads.overhang` reports it). What lies within
-the body's surface beyond its ends is in no offset; planes hold it as far as they reach. How much that is, a warning
-says. The layers of strategy revolved go round the ends instead: there the end faces belong to the body's profile.
+The rule: layer 0 lies on the body that is there, so it ends where the body ends. Offsets of a cylinder or a cone
+continue beyond its ends; the first layers there have nothing below (`slicing.beads.overhang` reports it). The volume
+within the body's radius beyond its ends is in no offset; planes contain it as far as they reach. A warning gives this
+volume. The layers of strategy revolved go round the ends instead: there the end faces belong to the body's profile.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What slicing gives: layers of curves on surfaces.
+"""Layers as data: curves on surfaces.
 
     body = CylindricalBody(radius_mm=20.0)
 
@@ -58,7 +58,7 @@ class Layer:
 
     @property
     def on_body(self) -> bool:
-        """Whether it lies right on the body, as first layers do but for planes."""
+        """Whether it lies on the body itself, as every first layer does that is not a plane."""
         return self.index == 0 and not self.surface.is_flat
 
 
@@ -95,6 +95,18 @@ class SlicedSubVolume:
     end_mm: float = math.nan
     body_z_mm: tuple[float, float] = (-math.inf, math.inf)
 
+    def metal_below_mm(self, layer: int) -> float:
+        """How far below its surface a layer's metal begins, mm; 0 where it lies upon its surface.
+
+        Args:
+            layer: its number, from 0.
+        """
+        if self.strategy != "planar" or self.stands_on_plate:
+            return 0.0
+        if layer == 0:
+            return self.parameters.h_layer_mm
+        return self.layers[layer].surface.level - self.layers[layer - 1].surface.level
+
     def thickness_at(self, layer: int, points: Floats) -> Floats:
         """Thickness of the bead at points of a layer.
 
@@ -112,7 +124,7 @@ class SlicedSubVolume:
 
 
 def require_layers(mesh: Mesh, h_layer_mm: float) -> None:
-    """Refuse layers so thin that there would be no end of them.
+    """Refuse layers so thin that there would be too many of them.
 
     Args:
         mesh: what is to be sliced.
@@ -130,7 +142,7 @@ def require_layers(mesh: Mesh, h_layer_mm: float) -> None:
 
 
 def without_slivers(curves: list[Curve]) -> list[Curve]:
-    """The curves without outer loops that enclose next to nothing.
+    """The curves without outer loops of a negligible area.
 
     A layer that just reaches the top of a solid meets it in loops a few micrometres wide: no metal a bead is laid for.
 

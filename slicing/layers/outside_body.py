@@ -119,7 +119,7 @@ def region_of(loops: list[Floats]) -> Any:
 
 
 def body_section(plane: Plane, surface: Round, low: float, high: float, tolerance_mm: float) -> Any:
-    """Where a plane parallel to z cuts a body of revolution.
+    """The section of a body of revolution by a plane parallel to z.
 
     Args:
         plane: parallel to z.

@@ -1,7 +1,7 @@
 """How thick the bead at a point is: the distance to the layer below, against the direction of deposition.
 
-It is what the process must deliver there. From the point one goes back along the outward normal of the
-point's own surface until one meets the surface of the layer below, or the body if that comes first:
+The process must deliver that thickness there. It is measured from the point back along the outward normal of its
+surface to the surface of the layer below, or to the body if that comes first:
 
     bead_thickness(points, surface, below, body, h_layer_mm)
 
@@ -56,7 +56,7 @@ def bead_thickness(points: Floats, surface: Surface, below: Surface | None, body
 
 @singledispatch
 def _is_even(surface: Offsets, below: Surface | None, body: Body, h_layer_mm: float) -> bool:
-    """Whether a layer is known to be as thick everywhere."""
+    """Whether a layer is known to have one thickness everywhere."""
     return False
 
 

@@ -1,9 +1,9 @@
 """Slice one sub-volume: check that it stands on the body, find its footprint, build its layers.
 
-sliced = slice_sub_volume(mesh, CylindricalBody(20.0), SlicingParameters("nonuniform"))
-[layer.area_mm2 for layer in sliced.layers], sliced.warnings
+    sliced = slice_sub_volume(mesh, CylindricalBody(20.0), SlicingParameters("nonuniform"))
+    [layer.area_mm2 for layer in sliced.layers], sliced.warnings
 
-What becomes of shapes that the paper does not speak of, in every strategy:
+How every strategy treats shapes that the paper does not mention:
 
 - *180 degrees and more*: non-uniform layers are plain offsets of the body as long as they span so much, and flatten
   once they span less. Planes are cut as they are, but where the footprint faces away from the build direction the
@@ -107,7 +107,7 @@ def _rounded(z_mm: tuple[float, float]) -> str:
 
 
 def _over_ends(mesh: Mesh, body: Body, z_mm: tuple[float, float]) -> list[str]:
-    """A line about what lies within the body's surface beyond its ends."""
+    """A warning about the volume within the body's radius beyond its ends."""
     over, whole = over_ends_mm3(mesh, body, z_mm), without_body(mesh, body, z_mm).volume
     what = f"{over:.1f} mm³ of it ({100 * over / whole:.1f} %) lie over the ends, within the body's radius"
     text = (

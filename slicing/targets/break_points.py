@@ -1,9 +1,8 @@
-"""Which points of a finely sampled curve become robot targets: few, true to it, not too close together.
+"""Which points of a finely sampled curve become targets: few, within a tolerance, not too close together.
 
     (chosen,) = chosen_points([BeadLine(points, closed=True, tolerance_mm=0.3)], min_segment_mm=3.0)
 
-Points are only ever chosen, never made up, so that targets lie on the exact curve. In this order of
-importance:
+Targets are always points of the curve, so that they lie on it exactly. In this order of importance:
 
 1. No segment (straight from target to target) is shorter than min_segment, unless the loop is too small for a
    closed polygon of three such segments; then it gets three targets a third of its length apart.

@@ -1,4 +1,4 @@
-"""How far a polyline strays from a segment between two of its points.
+"""Greatest distance of a polyline from a segment between two of its points.
 
 Use:
 

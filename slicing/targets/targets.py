@@ -3,8 +3,8 @@
     targets = sample_targets([sliced], chord_tolerance_mm=0.3, min_segment_mm=3.0)
     targets.position, targets.normal, targets.tangent          # (n, 3) each, part frame
 
-Order: sub-volume, layer, bead. Which beads there are, where they start and in which order they are laid is the
-bead stage's (`slicing.beads.lay`): by default every curve of a layer is one, outer loops counter-clockwise seen from
+Order: sub-volume, layer, bead. Which beads there are, where they start and in which order they are laid is
+decided in `slicing.beads.lay`: by default every curve of a layer is one, outer loops counter-clockwise seen from
 outside, holes clockwise, starting at the point nearest to a seam of the layer below. A closed bead ends where it
 starts: its first target is repeated as its last. An open one has both its ends. How points are chosen along a
 bead: `slicing.targets.break_points`.

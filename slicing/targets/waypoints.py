@@ -2,10 +2,10 @@
 
     for way in travels(targets, retract_mm=30.0, axis_xy_mm=(0.0, 0.0)): way.to_target, way.position
 
-From the end of a bead out along its normal by the retract, straight across to the point as far above the next start,
-and in. Where the two lie far round the axis from one another, the way goes out to beyond all there is and round the
-axis instead of through the body. These are waypoints for programs written from the targets; `rbam check` plans
-and proves its own travels.
+The path leads from the end of a bead out along its normal by the retract, straight across to the point at the same
+distance above the next start, and in. If the two beads lie far apart round the axis, it leads round the axis outside
+all metal instead of through the body. These are waypoints for programs written from the targets; `rbam check` plans and
+proves its own travels.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STEP_RAD = math.radians(15.0)
 
 @dataclass(frozen=True, eq=False)
 class Travel:
-    """The way to a bead from the one before.
+    """The path to a bead from the one before.
 
     Attributes:
         to_target: number of the bead's first target.
@@ -40,7 +40,7 @@ class Travel:
 
 
 def travels(targets: Targets, retract_mm: float, axis_xy_mm: tuple[float, float] = (0.0, 0.0)) -> list[Travel]:
-    """Ways between the beads of a part.
+    """Paths between the beads of a part.
 
     Args:
         targets: of the part.

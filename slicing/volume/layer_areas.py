@@ -4,14 +4,14 @@
     held.volume_mm3, held.laid_mm3      # of the sub-volume outside the body; area times thickness of its layers
     held.lines                          # what does not fit, one line each
 
-Three questions, answered from the mesh's surface alone, none of the layers' curves used:
+Three questions are answered from the mesh's surface alone, without the layers' curves:
 
 - *How large is the sub-volume outside its body?* The field F = (rho² - r(z)²) / (2 rho²) (x, y, 0) about the body's
   axis has divergence 1 outside a body of radius r(z) and is zero on it, so its flux through the mesh is the volume.
 - *How large must a layer's region be?* What lies beyond a layer's surface has the region and the mesh's faces out there
   as its border. Fields without divergence that pass the surface evenly - the normal of a plane, (x, y, 0) / rho² for
   surfaces of revolution - pass the region as much as those faces: the area is a sum over faces. A lost loop, a hole
-  taken for an outer loop or a loop from elsewhere shows in its own layer, however small its share of the whole.
+  taken for an outer loop, or a wrong loop changes the area of its own layer, however small the layer is.
 - *How much do the layers hold?* The integral of the bead's thickness over each region, thin places included.
 
 The last two differ from the first by what slicing rounds. The stack ends where a whole layer ends, above the top or

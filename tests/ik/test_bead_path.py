@@ -1,5 +1,6 @@
 """Ways along a bead, against every way there is on small graphs and on beads made to be cut."""
 
+from dataclasses import replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -8,7 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.cells.arms import kr70, welder
 
-from ik.bead_path import COSTLY, LARGEST_STEP, OTHERS, ROLL_COST, TOGETHER, Allowance, best_runs
+from ik import bead_path
+from ik.bead_path import (
+    COSTLY,
+    KEPT_BYTES,
+    LARGEST_STEP,
+    OTHERS,
+    ROLL_COST,
+    TOGETHER,
+    Allowance,
+    KnownPrices,
+    best_runs,
+)
 from ik.roll import RollWindow, apply_roll
 from ik.solver import Solver
 
@@ -75,6 +87,64 @@ def test_runs_are_the_cheapest_ways_and_none_can_be_longer(seed):
         assert run.cost == pytest.approx(brute_force(*graph, run.start, run.stop))
         if run.stop < len(q):
             assert np.isinf(brute_force(*graph, run.start, run.stop + 1))
+
+
+def as_told(runs):
+    return [(run.start, run.nodes.tolist(), run.cost) for run in runs]
+
+
+@pytest.mark.parametrize("most_bytes", [0, 200, KEPT_BYTES])
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=40, deadline=None)
+def test_prices_that_are_known_from_searches_before_change_nothing(most_bytes, seed):
+    rng = np.random.default_rng(seed)
+    t, r, g, k = rng.integers(2, 7), rng.integers(1, 7), rng.integers(1, 4), rng.integers(1, 4)
+    q = rng.uniform(-1, 1, (t, r, g, k, 2))
+    cost, start = rng.random((t, r, g, k)), rng.random((r, g, k))
+    cost[rng.random(cost.shape) < 0.2] = np.inf
+    usual = Allowance(rng.uniform(0.2, 2, t - 1), rng.uniform(0.2, 2, t - 1))
+    free = replace(usual, rolls=np.sort(rng.uniform(-3, 3, r)), turn=1.5, turn_price=0.3)
+    options = {"circular": r > 2, "largest_step": 1.5, "allowance": free if rng.integers(2) else usual}
+    options["start_cost"] = start if rng.integers(2) else None
+    known, blocked = KnownPrices(int(most_bytes)), {}
+    for _ in range(8):  # each time some nodes and some edges fewer, until the bead is cut here and there
+        given_ = q, cost, np.full(t - 1, 3.0), np.array([1.0, 0.7])
+        found = best_runs(*given_, **options, blocked=blocked, known=known)
+        assert as_told(found) == as_told(best_runs(*given_, **options, blocked=blocked))
+        for run in found:
+            for i, (a, b) in enumerate(pairwise(tuple(map(tuple, run.nodes.tolist())))):
+                if rng.random() < 0.5:
+                    blocked.setdefault(run.start + i, set()).add((a, b))
+        cost = np.where(rng.random(cost.shape) < 0.15, np.inf, cost)
+
+
+def test_what_could_not_be_reached_before_is_priced_when_it_can_be():
+    """Of many nodes, an edge is priced for those that are reached alone; behind a cut all of them are begun in."""
+    rng, t, r, g, k = np.random.default_rng(0), 5, 80, 2, 5
+    q, cost = rng.uniform(-0.1, 0.1, (t, r, g, k, 1)), rng.random((t, r, g, k))
+    assert cost[0].size * k * 19 > TOGETHER  # edges are priced one by one
+    cost[0, :, 1] = np.inf  # the other branch is not reached
+    usual = np.full(t - 1, 3.0)
+    turning = Allowance(usual, usual, rolls=np.linspace(-3.1, 3.1, r), turn=1.5, turn_price=0.3)
+    known = KnownPrices()
+    for _ in range(2):
+        given_ = q, cost, usual, np.ones(1)
+        found = best_runs(*given_, circular=True, allowance=turning, known=known)
+        assert as_told(found) == as_told(best_runs(*given_, circular=True, allowance=turning))
+        cost[2, :, 0] = np.inf  # now nothing leads beyond, and there the other branch is all there is
+        cost[3:, :, 0] += 9.0
+    assert [run.start for run in found] == [0, 2]
+    assert (found[1].nodes[:, 1] == 1).all()
+
+
+def test_prices_that_are_known_are_not_worked_out_again(monkeypatch):
+    q, worked_out = line(0.0, 0.1, 0.2), []
+    moves = bead_path._moves
+    monkeypatch.setattr(bead_path, "_moves", lambda *given_: worked_out.append(1) or moves(*given_))
+    known = KnownPrices()
+    for _ in range(3):
+        runs_of(q, known=known)
+    assert len(worked_out) == 1
 
 
 def cheapest_of_all(q, cost, times, speed, blocked):

@@ -4,9 +4,9 @@
     open_at = unproven_steps(checker, radius, q, deposits_laid, found, least=0.005)   # steps on which it is not proved
     row, nearest = least_between_samples(checker, radius, q, deposits_laid, found)         # how near it comes
 
-A step keeps a clearance if what the clearances at its ends are beyond it adds up to more than the longest way any point
-of the arm can travel on it; otherwise it is halved, and its middle checked. What is still open after the last halving
-counts as not kept.
+A step keeps a clearance if the excess of the clearances at its two ends, added up, is more than the longest distance
+that any point of the arm can travel on the step. Otherwise the step is halved and its middle is checked. A step that is
+still open after the last halving counts as not kept.
 
 Source: Schwarzer, Saha, Latombe, Adaptive dynamic collision checking for single and multiple articulated robots in
 complex environments, IEEE T-RO 2005.
@@ -75,7 +75,7 @@ def unproven_steps(
 def halved(
     checker: SeesClearances, radius: Floats, steps: OpenSteps, motion: Ints, least: float
 ) -> tuple[Ints, Ints, Clearances]:
-    """Halve steps until each keeps a clearance or does not.
+    """Halve steps until each is proved to keep a clearance, is found not to, or was halved HALVINGS times.
 
     Args:
         checker: collision detection.
@@ -162,7 +162,7 @@ def least_between_samples(
 
 
 def kept_on_steps(low: Floats, q: Floats, radius: Floats) -> Floats:
-    """What clearances at samples (m,) say of the steps between them, (m,), m: at least that; -inf after the last."""
+    """Least clearance on the step after each sample, from the clearances at samples, (m,), m; -inf after the last."""
     way = joint_travel_bound(radius, q[:-1], q[1:])
     return np.append((low[:-1] + low[1:] - way) / 2, -np.inf)
 
@@ -213,7 +213,7 @@ class _Nearest:
 
 
 def _halve(checker: SeesClearances, radius: Floats, steps: OpenSteps, nearest: _Nearest) -> None:
-    """Check the middles of steps for what is nearer, until no step can hold anything."""
+    """Check the middles of steps until no step can hold a nearer pair."""
     for _ in range(HALVINGS):
         if not len(steps.step):
             return

@@ -80,7 +80,7 @@ class _PointGroups:
         return cls(along[:, _neighbours_together(along)])
 
     def seen_from(self, place: Floats) -> _PointGroups:
-        """The same with places told from another, (3,), m."""
+        """The same points relative to another origin, (3,), m."""
         return _PointGroups(self.points - place[:, None])
 
     def furthest(self) -> Floats:

@@ -1,19 +1,19 @@
-"""Convex shapes that hold all that is laid of a sub-volume: one plane serves for hundreds of pieces.
+"""Convex shapes that contain all that is laid of a sub-volume: one plane then serves for hundreds of pieces.
 
     covers = LaidCovers(scene, geoms)       # geoms: ids of the deposits that collide
     ids = covers.ids(deposits_laid)         # of the covers of what is laid by then, one for each sub-volume
     covers.shape(ids[0], shape_of)          # base frame, where shape_of(geom) gives a deposit's shape there
 
-A part that grows is below the torch nearly everywhere: a plane that keeps the torch apart from the hull of all its
-pieces keeps it apart from each. Where the torch dips into a hollow of the part no such plane is found, and the pieces
-are taken one by one.
+A growing part lies below the torch nearly everywhere: a plane that separates the torch from the hull of all pieces
+separates it from each. Where the torch reaches into a hollow of the part there is no such plane, and the pieces are
+taken one by one.
 
-To find the few corners that hold all others takes as long as thousands of directions, and a layer is asked about in
-some hundred: so a layer's points are held as they are until there are many. These are a *block* of layers, and are
+Finding the few corners that contain all other points takes as long as thousands of directions, and a layer is queried
+in a few hundred. So a layer's points are kept as they are until there are many. These are a *block* of layers, and are
 reduced to few corners once. Four blocks make a block of the next kind, and so on, each reduced from the corners of the
-four. What is laid by a layer is a few blocks, at most three of each kind, and the points after the last of them. All
-of that is told by the part alone: a process that is asked about late layers only makes the same covers as one that is
-asked about all, and for the early ones only the blocks. Metres.
+four. What is laid by a layer is a few blocks, at most three of each kind, and the points after the last of them. The
+covers depend on the part alone: a process that handles late layers only makes the same covers as one that handles all
+layers, and of the early layers it makes the blocks only. Metres.
 """
 
 from __future__ import annotations

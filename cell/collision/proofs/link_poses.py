@@ -130,11 +130,11 @@ class ArmLinks:
         return LinkPoses(axes, place, centres)
 
     def places(self, poses: LinkPoses) -> Floats:
-        """Coordinates that tell where the arm is: of a shape far out on each of its last links, (m, 9), m."""
+        """Coordinates that describe the arm's pose: of a shape far out on each of its last links, (m, 9), m."""
         return np.ascontiguousarray(poses.centres[self._outer].reshape(-1, poses.centres.shape[-1]).T)
 
     def travel(self, poses: LinkPoses, a: Ints, b: Ints) -> Floats:
-        """How far any point of the arm is at most at samples a from where it is at samples b, (t,), m."""
+        """Farthest that any point of the arm is displaced between samples a and samples b, (t,), m."""
         turned, moved = (_between(each, a, b) for each in (poses.axes, poses.centres))
         turned = turned.reshape(9, -1, len(a))
         # the chord of a turn, of what is 1 from its centre

@@ -1,13 +1,14 @@
-"""How far any point of the arm gets on a step: a bound that knows where the step leads.
+"""How far any point of the arm travels on a step: a bound from both ends of the step.
 
     swept = MotionBounds(scene, radius)
     swept.bound(a, b)             # (m,) m: of the arm's points against anything, the arm itself among it
     CoupledBounds(scene, radius).bound(a, b)      # the same where E1 and E2 turn as well, behind the arm's joints
 
-The sum over the joints of what each can move its farthest point by is many times too much where they work against one
-another, as along a bead, which the torch goes slowly while the wrist turns. Where both ends of a step are known, a
-point x is off the straight line between its places there by t (1 - t) / 2 of the greatest |x''| at most, and that is
-less than the sum over all pairs of joints i, k of |dq_i| |dq_k| times the radius about the outer one. Metres, radians.
+The sum of the arcs that each joint can move its farthest point by overestimates the travel many times where the joints
+compensate each other, as along a bead, where the torch moves slowly while the wrist turns. Where both ends of a step
+are known, a point x is off the straight line between its places there by t (1 - t) / 2 of the greatest |x''| at most,
+and that is less than the sum over all pairs of joints i, k of |dq_i| |dq_k| times the radius about the outer one.
+Metres, radians.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ class MotionBounds:
         return np.minimum(joints, parts * (straight + curvature(self.radius, np.abs(b - a)) / 4))
 
     def bend(self, turn: Floats, parts: int = 2) -> Floats:
-        """How much the ways of two things bend on steps, one towards the other, of turns (m, n), rad: (m,), m."""
+        """Greatest second derivative of the relative motion of two things on steps of turns (m, n), rad: (m,), m."""
         return parts * curvature(self.radius, turn)
 
     def straight(self, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Floats:

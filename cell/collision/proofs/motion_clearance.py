@@ -1,11 +1,12 @@
-"""Whether a clearance is kept all along a motion, by looking at no more of it than that takes.
+"""Whether a clearance is kept all along a motion, with as few collision queries as possible.
 
     found = clearance_along(checker, radius, MotionSamples(q, deposits_laid, motion, stretch), least)
     found.open, found.nearest                # steps on which it is not kept, or not proved to be
     found.seen, found.low, found.kept        # what was seen, and what is kept at least at samples and on steps
 
-Few samples prove most of a motion (``plane_proofs``). What they leave is checked sample by sample and halved between
-them (``between_samples``), as is all of a motion of a table. Metres, radians.
+Most of a motion is proved from few samples (``plane_proofs``). The rest is checked sample by sample, and steps between
+samples are halved (``between_samples``). Motions in which the table moves are checked in this second way only. Metres,
+radians.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Steps of a motion of which it is not known yet how near it comes on them.
+"""Steps of a motion whose clearance is not decided yet.
 
     steps = OpenSteps(step, a, b, da, db, laid)
     steps.rows(steps.beyond(limit) <= way)                  # those that remain
@@ -21,7 +21,7 @@ from ...arrays import Ints
 
 @dataclass(frozen=True, eq=False)
 class OpenSteps:
-    """Steps, or parts of them, of which it is not known yet how near it comes on them.
+    """Steps, or parts of them, whose clearance is not decided yet.
 
     Attributes:
         step: first sample, (k,).
@@ -44,7 +44,7 @@ class OpenSteps:
         return OpenSteps(*(getattr(self, one.name)[index] for one in fields(self)))
 
     def beyond(self, limit: float) -> Floats:
-        """What the clearances at both ends have beyond a limit, together, (k,), m: on the way it is gone to by half."""
+        """Excess of the clearances at both ends over a limit, added up, (k,), m."""
         return self.da + self.db - 2 * limit
 
     def halves(self, middle: Floats, dm: Floats) -> OpenSteps:

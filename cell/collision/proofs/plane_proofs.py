@@ -1,4 +1,4 @@
-"""A clearance proved along a motion from a few configurations, by planes that two shapes lie on either side of.
+"""A clearance proved along a motion from few configurations, by planes that separate two shapes.
 
     proofs = proofs_of(checker)                      # None where the table moves as well
     proved = proofs.along(q, step, laid, wanted, bend)    # steps of q (m, n) rad, wanted and bend m
@@ -6,13 +6,13 @@
 
 Two shapes that are apart in one configuration are separated by a plane across the line between their nearest points.
 The plane stays where it is, in the world or on the link nearer to the base, and the other shape moves: how far it stays
-on its side is a product of its corners with the plane's normal, which many configurations take in one array. What is no
-nearer than ``far`` there has come nearer by its travel at most.
+on its side is a product of its corners with the plane's normal, which many configurations take in one array. A pair
+that is no nearer than ``far`` there approaches by its travel at most.
 
 Between two samples a point of the arm is off the straight line between its places there by an eighth of its greatest
 second derivative at most (``motion_bounds``): what holds at both ends holds between them, less that.
-A proof holds wherever its plane comes from. Of the collision engine only one thing is trusted, as everywhere: what it
-does not report is no nearer than ``far``. Metres, radians.
+A proof holds whatever plane it uses. One thing is taken from the collision engine, as everywhere: a pair that it does
+not report is no nearer than ``far``. Metres, radians.
 """
 
 from __future__ import annotations
@@ -384,7 +384,7 @@ _made: weakref.WeakKeyDictionary[Checker, PlaneProofs] = weakref.WeakKeyDictiona
 
 
 def has_proofs(checker: object) -> bool:
-    """Whether a checker has such proofs: it is of all pairs, of an arm at a table that stands."""
+    """Whether a checker has such proofs: it checks all pairs, and the table stands."""
     if not isinstance(checker, Checker) or isinstance(checker, PairGroupChecker):
         return False
     return len(checker.scene.arm_qpos) == checker.scene.chain.n

@@ -1,4 +1,4 @@
-"""How far any point that an axis carries can be from that axis: what steps are bounded with.
+"""The farthest that any point carried by an axis can be from that axis: radii for bounds on the travel.
 
 Use:
 

@@ -1,4 +1,4 @@
-"""Planes that stand in the world, or on a link nearer to the base: one for all that a shape has on its other side.
+"""Separating planes fixed in the world or on a link nearer to the base, each shared by many pairs of one shape.
 
     planes = SharedPlanes(links).between(poses, clusters, pairs, distance)
     SharedPlanes(links).over(poses, planes, which, sample)         # how far shapes are on their side of them

@@ -1,4 +1,4 @@
-"""Pieces of motions, or of sheets of motions, each known at its corners and no further off their mean than it bends.
+"""Pieces of motions, or of sheets of motions, known at their corners, with a bound on the distance from the mean.
 
     pieces = SheetPieces(corner, laid, bend, turn)
     pieces.off(radius, link)         # (k,) m: how far anything is off the mean of its places at the corners

@@ -4,7 +4,7 @@
     clusters.at                                                  # (c,) the sample of each cluster that is checked
     clusters.sample[of], clusters.sample[of + 1]                    # both ends of each step
 
-Lines beside one another, as those of a zigzag, share their clusters: what counts is where the arm is, not when. Metres.
+Neighbouring lines, such as those of a zigzag, share clusters: steps are gathered by position, not by time. Metres.
 """
 
 from __future__ import annotations

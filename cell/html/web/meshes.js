@@ -14,7 +14,7 @@ export class Targets {
     this.layer = t.layer;
     this.sub_volume = t.sub_volume;
     this.verdict = t.verdict;
-    this.hanging = t.hanging; // absent where nothing overhangs
+    this.hanging = t.hanging; // of feasible targets; absent where none overhangs
     this.gravity = t.gravity; // absent where the part is feasible, and so
     this.base_mm = t.base_mm; // are these
     this.count = t.thickness.length;

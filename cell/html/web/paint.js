@@ -48,7 +48,7 @@ export class Paint {
     const layer = (i) => ramp(LAYERS, t.layer[i] / Math.max(this.layers, 1)).map((v) => v * (t.layer[i] % 2 ? 0.82 : 1));
     const thickness = (i) => ramp(THICKNESSES, (t.thickness[i] - this.thin) / range);
     const whole = { verdict, layer, thickness }[mode];
-    const bead = (i) => (t.hanging?.[i] && !t.verdict[i] ? parsed(HANGING) : whole(i));
+    const bead = (i) => (t.hanging?.[i] ? parsed(HANGING) : whole(i));
     // an infeasible target is to be seen whatever the beads are coloured by
     return [bead, (i) => (t.verdict[i] ? verdict(i) : bead(i).map((v) => 0.5 * v + 0.45))];
   }

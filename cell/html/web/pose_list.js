@@ -1,7 +1,7 @@
 // All poses in a table that sorts by any column.
 
 import { Sortable, swatch } from "./sortable.js";
-import { mainReason } from "./sweep_map.js";
+import { isLowerBound, mainReason } from "./sweep_map.js";
 
 const number = (digits) => (v) => (v == null ? "" : v.toFixed(digits));
 
@@ -17,7 +17,7 @@ function columns(doc) {
     angle("E2_deg", "E2 °"),
     ...doc.axes.map((key) => ({ key, name: names[key], value: (r) => r[key], text: String, number: key !== "roll" })),
     { key: "infeasible", name: "Infeasible", number: true, value: (r) => r.infeasible / Math.max(r.looked_at || r.infeasible, 1),
-      text: (v, r) => (r.infeasible ? `${r.infeasible}${r.searched ? "" : "+"} of ${r.looked_at ?? "?"}` : "") },
+      text: (v, r) => (r.infeasible ? `${r.infeasible}${isLowerBound(r) ? "+" : ""} of ${r.looked_at ?? "?"}` : "") },
     { key: "reason", name: "Mostly", value: (r) => (r.infeasible ? mainReason(r, reasons) : ""), text: (v) => v.replace("_", " "), dot: true },
     plain("least_clearance_mm", "Clearance mm", 1, true),
     plain("least_margin_share", "Margin ×", 1, true),

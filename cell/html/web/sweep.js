@@ -105,9 +105,9 @@ class Page {
       dot.style.setProperty("--c", `var(--${reason})`);
       list.append(element("li", [dot, `${k} ${words}`]));
     }
-    const all = row.looked_at ?? row.infeasible;
+    const all = row.looked_at ?? row.infeasible, open = row.not_looked_at ?? 0;
     const note = row.searched
-      ? `${row.infeasible} of ${all} targets cannot be welded here.`
+      ? `${row.infeasible} of ${open ? "the " : ""}${all} targets ${open ? "checked " : ""}cannot be welded here${open ? `; ${open} were not checked` : ""}.`
       : `Settled without a search for a motion: ${row.infeasible} of the ${all} targets checked cannot be welded here, each by itself.`;
     return element("div", [list, element("p", note, "soft")]);
   }

@@ -22,6 +22,11 @@ export function mainReason(row, reasons) {
   return reasons.reduce((a, b) => ((row.reasons[b] || 0) > (row.reasons[a] || 0) ? b : a));
 }
 
+/** Whether more of a pose's targets may be infeasible than are counted: not all were checked, or by themselves. */
+export function isLowerBound(row) {
+  return !row.searched || row.not_looked_at > 0;
+}
+
 export class SweepMap {
   /** A map on a canvas; onChoose(pose) is called with the number of the pose chosen. */
   constructor(canvas, doc, onChoose) {

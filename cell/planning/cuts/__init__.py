@@ -1,4 +1,5 @@
-"""Beads that are cut: no way leads through them though each of their targets can be welded.
+"""Beads that are cut: no motion leads through them, though each of their targets can be welded by itself.
 
-Modules: ``cut_search`` (what is known of places on a bead), ``bead_cut`` (where a bead is cut, and as what it is lost).
+Modules: ``cut_search`` (free rolls at places on a bead), ``bead_cut`` (where a bead is cut, and the failure that is
+reported).
 """

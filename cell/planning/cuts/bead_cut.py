@@ -1,19 +1,19 @@
-"""Where a bead is cut: places on either side of which it can be welded, with no way from the one side to the other.
+"""Where a bead is cut: it can be welded on either side of a place, but no motion leads across.
 
     cut = find_cut(context, first, stop, near)
     cut.first, cut.stop              # targets among which no way leads from the first to the last; None: none was found
     bead = cut_bead(context, first, stop, near)      # the bead with why it is lost
 
-A bead can be lost though each of its targets can be welded: what stands beside it leaves some rolls free at its one
-half and others at its other half. To see that by searching all its ways takes hundreds of times as long as to find a
-way. Here places where it may be cut are looked at, at most ``APART`` from one another where it matters. All rolls of
-each are checked, closely (``collision_free_rolls``). Between two places, a roll is blocked where the arm is deeper in a
-collision at both of them than it has to go from one to the other, and where limits or margins forbid it. Blocked rolls
-separate what is free at the one place from what is free at the other: on the way the roll would have to turn through
-one of them. What can be reached from the first place is followed from place to place in every branch, and places are
-put between others where it may go round what is in the way. A branch is cut where nothing is reached.
+A bead can be infeasible though each of its targets can be welded: obstacles leave some rolls free on one half of the
+bead and other rolls on the other half. Finding that out by an exhaustive search takes hundreds of times as long as
+finding a path. Here the bead is examined at places at most ``APART`` from one another. All rolls of each place are
+checked closely (``collision_free_rolls``). Between two places a roll is blocked if limits or margins forbid it, or if
+the arm penetrates at both places by more than it travels from one to the other. Blocked rolls separate the free rolls
+of one place from those of the next: the roll would have to turn through one of them. The rolls that can be reached from
+the first place are followed from place to place in every branch, and places are added where the roll may turn past the
+obstacle. A branch is cut where no roll is reached.
 
-A search, and no proof: depths are what the collision engine says. Metres and radians.
+This is a search and not a proof: depths of penetration are taken from the collision engine. Metres and radians.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ MOST_PLACES = 24  # that are looked at of each stretch in which a bead may be cu
 
 @dataclass(frozen=True)
 class BeadCut:
-    """Targets among which no way leads from the first to the last.
+    """Targets among which no motion leads from the first to the last.
 
     Attributes:
         first: the first of them.
@@ -49,7 +49,7 @@ class BeadCut:
 
 
 def cut_bead(context: Context, first: int, stop: int, near: Iterable[tuple[int, int]] = ()) -> BeadPlan | None:
-    """A bead that is cut, as what is known of it by then: why no way leads on there; the rest is left open.
+    """The result of a bead that is cut: why no motion leads on there; its other targets are left open.
 
     Args:
         context: the arm and the cell.
@@ -76,7 +76,7 @@ def cut_bead(context: Context, first: int, stop: int, near: Iterable[tuple[int, 
 
 
 def may_be_cut(context: Context, first: int, stop: int) -> bool:
-    """Whether a bead is one of which cuts are known: of a roll to choose, an arm with a closed form, a table at rest.
+    """Whether cuts can be searched on a bead: the roll is free, the arm has a closed form, and the table stands.
 
     Args:
         context: the arm and the cell.

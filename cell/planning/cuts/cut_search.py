@@ -1,4 +1,4 @@
-"""What is known of places on a bead, by which it is told where no way leads on.
+"""Free rolls at places on a bead, and the places between which no motion leads.
 
     search = CutSearch(context, first, stop)
     for places in search.begun_at(near):                   # ascending places; search.place tells that of each target
@@ -6,12 +6,12 @@
         finer = search.refined(places, branches)           # more of them, where the roll turns far; None: nowhere
     search.confirmed({branch: places})                     # the same once nothing free is overlooked there
 
-Places are the bead's targets, and others where these are far apart. At first only samples of the roll are checked. What
-limits and margins forbid at two neighbouring samples, or at a sample of two places, is taken for forbidden between
-them, and of rolls between samples nothing is known. That tells where to look. What seems to be a cut is then checked
-closely: there nothing free hides between two rolls, and what is forbidden is so all along.
+Places are the bead's targets, and others where these are far apart. At first only samples of the roll are checked. If
+limits or margins forbid two neighbouring samples, or a sample at two places, everything between them is taken as
+forbidden; nothing is known of rolls between samples. This shows where to look. What seems to be a cut is then checked
+closely: no free roll lies between two that were checked, and what is forbidden is forbidden all along.
 
-Depths are what the collision engine says. Metres and radians.
+Depths of penetration are taken from the collision engine. Metres and radians.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class _Barred:
 
 
 class CutSearch:
-    """What is known of places on a bead: its targets, and others between targets that are far apart."""
+    """Free rolls at places on a bead: its targets, and others between targets that are far apart."""
 
     def __init__(self, context: Context, first: int, stop: int) -> None:
         """Nothing is checked yet.
@@ -201,7 +201,7 @@ class CutSearch:
             self._bar(pairs)
 
     def _bar(self, pairs: Sequence[tuple[int, int]]) -> None:
-        """Tell what is barred between pairs of places."""
+        """Determine the barred samples between pairs of places."""
         room, other_room = (np.stack([self._sampled[pair[k]].room for pair in pairs]) for k in (0, 1))
         q, other_q = (np.stack([self._sampled[pair[k]].q for pair in pairs]) for k in (0, 1))
         bare = np.isneginf(room) & np.isneginf(other_room)

@@ -71,7 +71,7 @@ def bead_corners(context: Context, blend: float, stretches: Sequence[Stretch]) -
 
 
 def _known(context: Context, blend: float, bead: Stretch) -> tuple[BlendedPath, KnownRows]:
-    """A bead's rows, and what is known of them."""
+    """A bead's rows with their clearances."""
     found = Clearances(bead.low, bead.clearances.pair, bead.clearances.position)
     deposits_laid, every = context.deposits_before[bead.edge], np.ones(len(bead.q) - 1, dtype=bool)
     return bead_path(bead, blend), KnownRows(deposits_laid, found, context.settings.kept, every, bead.kept[:-1])
@@ -85,7 +85,7 @@ def travel_corners(
     stops: Sequence[int] = (),
     zone: float = TRAVEL_ZONE,
 ) -> Failure | None:
-    """What a travel comes too near to when its corners are rounded, if anything.
+    """The collision of a travel with rounded corners, or None.
 
     Args:
         context: what the search uses.
@@ -133,7 +133,7 @@ def free_travels(
 def wire_corners(
     wire: Checker, context: Context, q: Floats, across: tuple[int, Clearances], deposits_laid: int
 ) -> Failure | None:
-    """What the wire is drawn through where a travel's corners are rounded, if anything.
+    """What the wire touches on a travel with rounded corners, or None.
 
     Args:
         wire: from ``cell.collision.wire.wire_checker``.

@@ -2,9 +2,8 @@
 
     dense, failures = densified(context, stretches)
 
-What replays or runs a motion moves the joints on straight lines from row to row. Where that leaves the bead by more
-than ``BeadTolerance`` allows half-way, a row is put in between: exactly on the bead, checked like any other.
-Metres and radians.
+Between rows the joints move on straight lines. Where the TCP is off the bead half-way by more than ``BeadTolerance``
+allows, a row is inserted: exactly on the bead, and checked like any other. Metres and radians.
 """
 
 from __future__ import annotations
@@ -151,7 +150,7 @@ def _ends(stretch: Stretch) -> tuple[Ints, Floats, Floats]:
 
 
 def _between(context: Context, stretch: Stretch, step: Ints) -> tuple[Stretch, Ints]:
-    """Samples half-way along steps, and the edges on which there is none."""
+    """Samples half-way along steps, and the edges on which no such sample exists."""
     chain, placed = context.solver.chain, context.placed
     edges, starts, ends = _ends(stretch)
     edge, start, end = edges[step], starts[step], ends[step]

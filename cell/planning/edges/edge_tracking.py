@@ -1,12 +1,11 @@
-"""Between two targets: the arm followed densely along the bead, so that nothing hides between them.
+"""The motion between two targets: the arm tracked along the bead in small steps.
 
     track = track_edges(solver, placed, start, roll, q, limits, steps)
     track.q                          # (m, j) samples of all edges, ends included
     track.broken                     # {edge: Failure} of those that cannot be followed
 
 Poses are interpolated in space, not joints: the position along the bead's chord, the wire's direction along the great
-circle, the roll evenly; the arm is brought onto every one of them from the joint-linear guess.
-Metres and radians.
+circle, the roll evenly; the arm is brought onto every one of them from the joint-linear guess. Metres and radians.
 """
 
 from __future__ import annotations
@@ -184,7 +183,7 @@ def off_bead(T: Floats, position: Floats, normal: Floats, close: BeadTolerance) 
 
 
 def _bowed(solver: Solver, poses: EdgePoses, q: Floats) -> Floats:
-    """Parts of each edge, (e,), in which straight joint motion stays close to the bead: n**2 times as close in n."""
+    """Parts of each edge, (e,), in which straight joint motion stays close to the bead: its error falls by n**2."""
     edge, half = np.arange(len(q)), np.full(len(q), 0.5)
     T = solver.chain.forward((q[:, 0] + q[:, 1]) / 2)
     if poses.moving is not None:
@@ -323,7 +322,7 @@ def _step_by_step(chain: Chain, poses: EdgePoses, start: Floats, edge: Ints, t: 
 
 
 def _judged(solver: Solver, q: Floats, margin: Floats, least: Floats, ends: Floats) -> Failure | None:
-    """What is wrong with an edge followed from its beginning, by what comes first on the way; None: nothing."""
+    """The first failure on an edge tracked from its beginning; None where there is none."""
     chain = solver.chain
     over = np.maximum(chain.lower - q, q - chain.upper)
     inner = slice(1, len(q) - 1)

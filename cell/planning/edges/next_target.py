@@ -1,9 +1,9 @@
-"""Whether the arm gets from a target's configurations to the next target's, and what stops it where it does not.
+"""Which configurations of a target lead to configurations of the next one, and what stops the others.
 
-    kept = true_edges(bead, nodes, i, edges)          # those whose way leads where they say
+    kept = true_edges(bead, nodes, i, edges)          # those whose motion ends where they do
     why = why_none_leads_on(bead, nodes, i, cost)     # Failure(Kind.JOINT_LIMIT, measure=12.3, axis="A6")
 
-Ways are tracked along the bead without regard to what is in their way. Metres and radians.
+Motions are tracked along the bead without collision checks. Metres and radians.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MOST_WAYS = 600  # tracked together
 
 @dataclass(frozen=True, eq=False)
 class _TrackedMoves:
-    """Ways that were tracked.
+    """Motions that were tracked.
 
     Attributes:
         total: how far every joint turns, (w, j), rad; NaN where the arm cannot follow.

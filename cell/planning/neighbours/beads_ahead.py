@@ -5,9 +5,9 @@
     failed = ahead.failed_search(first, q_before)  # then: the quick search of it that found no path, if there was one
     way = ahead.travel(last, bead)              # None: it is to be searched
 
-Each is searched from where the one before is expected to end. What is found is what a search of the bead by itself
-finds at once, or nothing: a bead that has to avoid something, or to which the arm comes from elsewhere, is left to
-that. So are travels that do not go straight.
+Each bead is searched from where the one before is expected to end. The result is what the first attempt of a search of
+the bead by itself would find, or none. Beads that have to avoid an obstacle, or that the arm comes to from another
+configuration, are left to that search, and so are travels that do not go straight.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""A bead's way taken over from a bead like it that was hard to find: beads of one layer after the other are much alike.
+"""A bead planned like a similar bead whose path was hard to find: beads of successive layers are much alike.
 
     hard = last_hard(beads)                        # of those planned so far
     stretch = like(context, first, stop, hard, q_before)      # the whole bead, checked; None: search it
 
-A bead that has to turn its roll round something is found by the finest search alone, which costs twenty times as much
-as the quick one. The bead above it has to turn in the same place. So its roll at each target is that of the other bead
-at the place nearest to it, in the same branch; where that collides, it goes beside it. Nothing is taken on trust: the
-way counts when all of it has been followed and checked.
+A bead on which the roll has to turn past an obstacle is found only by the finest search, which costs twenty times as
+much as the quick one. On the bead above, the roll has to turn in the same place. So the roll at each target is that of
+the other bead at the nearest place, in the same branch, or beside it where that collides. The path counts only once all
+of it has been tracked and checked.
 
 Metres and radians.
 """

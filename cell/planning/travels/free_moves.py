@@ -1,10 +1,10 @@
-"""How far straight moves of the arm are free, and what they meet: what the planner of travels asks.
+"""How far straight moves of the arm are free, and what they hit: the collision query of the travel planner.
 
     moves = FreeMoves(context, deposits_laid, step)
     moves(a, b)                     # (e,) share of each move from a to b, both (e, n), that can be gone
     moves.met()                     # a Failure with the pair met most often; None where none was
 
-Checked are samples, at the clearance to be kept; what a travel is made of in the end is checked as everything is.
+Only samples are checked here, at the clearance to be kept. The travel that is found is checked like any motion.
 Radians and metres.
 """
 

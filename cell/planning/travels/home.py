@@ -1,4 +1,4 @@
-"""The ways from the arm's home to the part and back to it: a program is run from there, and ends there.
+"""The travels from the arm's home to the part and back: a program starts and ends at home.
 
     plan, home = with_home(context, plan)        # home.out, home.back; what has no way is added to plan.travel_failures
 
@@ -27,7 +27,7 @@ from .travel import TravelPath, travel, turned_to_travel_end
 
 @dataclass(frozen=True, eq=False)
 class HomeTravels:
-    """The ways from home to the first bead and from the last one back.
+    """The travels from home to the first bead and from the last one back.
 
     Attributes:
         out: to the first bead; None where there is none, or where the arm comes from is not known.
@@ -124,7 +124,7 @@ def search_home_travels(
 
 
 def _home_itself(context: Context, home: Floats | None, deposits_laid: int, target: int) -> Failure | None:
-    """What the arm is too near to at home, if anything, with the table as at a target."""
+    """The collision of the arm at home with the table as at a target, or None."""
     if home is None:
         return None
     axes = context.placed.axes(home[None], np.array([target]))

@@ -1,9 +1,9 @@
-"""The ways out of beads along their normals, which a travel begins with and, gone the other way, ends with.
+"""Retracting from beads along their normals; a travel begins so, and ends so in the opposite direction.
 
     legs = retract_legs(context, [(stretch, -1), (other, 0)], distance)    # the end of one, the start of the other
     legs[0].q, legs[0].failure
 
-Straight lines of the TCP at the bead's own roll; what is in their way is not checked. Metres, radians.
+Straight lines of the TCP at the bead's own roll; collisions are not checked here. Metres, radians.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ BETWEEN = 2e-3  # m between samples of the way off a bead and onto it
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """A way out of a bead.
+    """The straight retraction from an end of a bead.
 
     Attributes:
         q: as far as the arm can follow it, (m, j), rad.
@@ -68,7 +68,7 @@ def retract_legs(context: Context, ends: Sequence[tuple[Stretch, int]], distance
 
 
 def end_legs(context: Context, end: Stretch | None, start: Stretch | None, distance: float) -> tuple[Leg, Leg]:
-    """Ways out of the bead that ends and of the one that starts; at home there is nothing to get out of.
+    """Retractions from the bead that ends and from the one that starts; at home there is none.
 
     Args:
         context: what the beads were planned with.

@@ -63,7 +63,7 @@ class Space:
 
 @dataclass(frozen=True, eq=False)
 class TreeRoots:
-    """Where a search begins.
+    """Where the trees of a search begin.
 
     Attributes:
         starts: (s, n), rad.
@@ -116,7 +116,7 @@ class _Tree:
 
 
 def connect(space: Space, trees: TreeRoots, free: Free, attempts: int, seed: int) -> TreeSearchResult:
-    """Search a way from any start to any goal.
+    """Search a path from any start to any goal.
 
     Args:
         space: joint space.

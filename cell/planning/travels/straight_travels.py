@@ -1,4 +1,4 @@
-"""Straight travels between many beads, checked together: one look at all of them costs less than one at each.
+"""Straight travels between many beads, checked together: that costs less than one check of each.
 
     ways = straight_travels(context, [BeadGap(end, start, deposits_laid)])     # None: it takes ``travel``
 

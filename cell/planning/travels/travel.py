@@ -109,7 +109,7 @@ def can_leave(context: Context, end: Stretch, deposits_laid: int) -> bool:
 
 
 def straight_retract(context: Context, path: TravelPath, stretch: Stretch, at: int) -> float:
-    """How far a travel goes straight out along the normal of the first (at = 0) or last (-1) target of a bead, m."""
+    """Length of a travel's straight part along the normal of a bead's first (at = 0) or last (-1) target, m."""
     return straight_retracts(context, [(path, stretch, at)])[0]
 
 
@@ -185,7 +185,7 @@ class _TravelSearch:
         return self.failure
 
     def _straight(self, leave: Floats, arrive: Floats) -> TravelPath | None:
-        """Out, straight across and in, if that is free."""
+        """The direct travel: retract, straight across, approach; if it is free."""
         return self._checked(leave, np.stack([leave[-1], arrive[-1]]), arrive)
 
     def _free(self, legs: list[Leg], doing: str) -> list[Floats]:
@@ -229,7 +229,7 @@ class _TravelSearch:
         return TravelPath.of(self.context.checker, self.context.radius, q, found)
 
     def _dragged(self, q: Floats, whole: Floats, first: int) -> Failure | None:
-        """What the wire is drawn through on the way across, if anything: a part of the whole from a first row on."""
+        """What the wire touches on the way across, or None; from a first row of the travel on."""
         if self.wire is None:
             return None
         laid = np.full(len(q), self.deposits_laid)

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,9 +19,10 @@ from support.paths import ROOT
 from cell.atomic_files import beside
 from cell.cli import main as cli
 from cell.cli.main import main
-from cell.errors import WorkerKilledError
+from cell.errors import InputError, WorkerKilledError
 from cell.printable import printable
 from cell.streams import Stream
+from cell.termination import Terminated
 
 
 class Gone(io.StringIO):
@@ -124,10 +126,63 @@ def test_a_signal_leaves_nothing_half_written(
         return 0
 
     monkeypatch.setitem(cli.COMMANDS, "check", write)
-    assert main(["check"]) == 128 + number
+    before = signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests run behind a shell
+    try:
+        assert main(["check"]) == 128 + number
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert list(tmp_path.iterdir()) == []
     assert capsys.readouterr().err.count("\n") == 1
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+@pytest.mark.parametrize(("ended", "code"), [(KeyboardInterrupt(), 130), (Terminated(15), 143)])
+@pytest.mark.parametrize("error", [ImportError("initialization failed"), InputError("MUJOCO_GL=egl: cannot draw")])
+def test_a_signal_is_no_error_whatever_a_library_makes_of_it(
+    error: Exception,
+    ended: BaseException,
+    code: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(_: object) -> int:
+        try:
+            try:
+                raise ended
+            except BaseException as first:  # as pybind11 does where a signal comes while a module is imported
+                raise ImportError("initialization failed") from first
+        except ImportError:
+            raise error from None
+
+    monkeypatch.setitem(cli.COMMANDS, "check", fail)
+    assert main(["check"]) == code
+    assert capsys.readouterr().err in ("rbam: interrupted\n", "rbam: terminated\n")
+
+
+INTERRUPTING = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests run behind a shell
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupting())
+sys.argv = ["rbam", "slice", "no.stl"]
+"""
+AS_A_MODULE = "import runpy; runpy.run_module('cell', run_name='__main__', alter_sys=True)"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+@pytest.mark.parametrize(
+    ("module", "as_module"), [("cell.cli.main", False), ("multiprocessing", True), ("cell.cli.slice_command", False)]
+)
+def test_ctrl_c_while_the_program_is_imported_is_one_line(module: str, as_module: bool) -> None:
+    script = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]["rbam"].split(":")
+    start = AS_A_MODULE if as_module else "from {} import {} as begin; sys.exit(begin())".format(*script)
+    program = INTERRUPTING.format(module=module) + start
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "rbam: interrupted\n")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="closed streams are the shell's")

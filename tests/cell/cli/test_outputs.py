@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 import os
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import trimesh
+from support.paths import ROOT
+from support.source_trees import nodes_of
 
 from cell.atomic_files import check_outputs, write_text
 from cell.case.files import case_files
@@ -118,3 +121,41 @@ def test_outputs_that_are_no_files_are_left_alone(tmp_path: Path) -> None:
     check_outputs({"--json": "-", "--html": None, "--csv": str(tmp_path / "new.csv")}, [tmp_path / "case.yaml"])
     with pytest.raises(InputError, match="does not exist"):
         check_outputs({"--json": str(tmp_path / "no" / "new.csv")})
+
+
+# what writes into files by itself, and why nothing of it is left half-written
+WRITES = {
+    "cell/atomic_files.py": "it writes beside the file, and renames",
+    "cell/pose_sweep/log.py": "it adds line by line, each with a checksum",
+    "cell/programs/export.py": "into a folder that is gone afterwards",
+    "cell/programs/exported/written_files.py": "into files of atomic_files",
+    "cell/view/film.py": "into a file of atomic_files",
+    "cell/view/picture.py": "into memory",
+    "cell/view/layer_picture.py": "into memory",
+    "cell/view/sweep_map_picture.py": "into memory",
+    "cell/motion/motion_file.py": "into memory",
+    "cell/streams.py": "to nowhere",
+}
+WRITING = {"write_text", "write_bytes", "save", "savez", "savez_compressed", "savetxt", "tofile", "export", "mkdir"}
+
+
+def _writes(node: ast.AST) -> bool:
+    if not isinstance(node, ast.Call):
+        return False
+    if isinstance(node.func, ast.Attribute) and node.func.attr in WRITING:
+        return True
+    name = node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
+    given = [*node.args, *(keyword.value for keyword in node.keywords)]
+    modes = [one.value for one in given if isinstance(one, ast.Constant) and isinstance(one.value, str)]
+    flags = {one.attr for arg in given for one in ast.walk(arg) if isinstance(one, ast.Attribute)}
+    return name == "open" and (any(mode.strip("bt") in ("w", "a", "x", "r+") for mode in modes) or "O_WRONLY" in flags)
+
+
+def test_nothing_else_writes_files() -> None:
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for package in ("cell", "slicing", "ik")
+        for path in (ROOT / package).rglob("*.py")
+        if any(map(_writes, nodes_of(path)))
+    }
+    assert found == set(WRITES)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.pages import document_of
 
-from cell.failure import Contact, Failure, Kind
+from cell.failure import Contact, Failure, Kind, OverhangArea
 from cell.html import check_page
 from cell.html import series as html_series
 from cell.html.check_page import html_report, page_data
@@ -71,6 +71,12 @@ def test_targets_over_nothing_are_marked(good: Result, good_page: str, monkeypat
     assert "hanging" not in document_of(good_page)["targets"]
     monkeypatch.setattr(check_page, "targets_over_nothing", lambda job: {3: None, 7: None})
     assert np.flatnonzero(unpack(page_data(good))["targets"]["hanging"]).tolist() == [3, 7]
+    # infeasible ones have that colour, and without others the legend has no line for what overhangs
+    rows = list(good.rows)
+    for i, left in ((3, [7]), (7, [])):
+        rows[i] = TargetVerdict(Failure(Kind.OVERHANG, 4.0, 2.0, cause=OverhangArea(9.0, 0.0, (0.0, 0.0, 0.0))), None)
+        marked = unpack(page_data(replace(good, rows=tuple(rows))))["targets"].get("hanging", [])
+        assert np.flatnonzero(marked).tolist() == left
 
 
 def test_the_tcp_speed_is_the_one_asked_for_and_a_slower_stretch_shows(good: Result, good_page: str) -> None:

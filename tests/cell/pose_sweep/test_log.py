@@ -113,6 +113,20 @@ def test_a_full_disk_is_one_line(log: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert log.read_bytes() == before
 
 
+def test_a_log_that_cannot_be_written_anew_stays_as_it_was(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    before = log.read_bytes().replace(b"170.5", b"171.5")  # a damaged line, which an opened log is without
+    log.write_bytes(before)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", full)
+        with pytest.raises(InputError, match=r"sweep\.jsonl: cannot be written \(No space left on device\)"):
+            Log(str(log), "abc")
+    assert log.read_bytes() == before
+    assert list(log.parent.iterdir()) == [log]
+
+
 MODEL = """<mujoco>
   <compiler meshdir="../shared" texturedir="{root}/pictures"/>
   <include file='inner.xml'/>

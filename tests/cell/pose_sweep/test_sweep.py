@@ -21,7 +21,7 @@ from cell.errors import InputError
 from cell.job.job import prepare
 from cell.pose_sweep.grid import Pose, grid
 from cell.pose_sweep.ranking import sweep_columns, sweep_document
-from cell.pose_sweep.sweep import SweepTask, sweep, sweep_fingerprint, variant_of
+from cell.pose_sweep.sweep import PoseScreening, SweepTask, sweep, sweep_fingerprint, variant_of
 from cell.report.sweep_lines import sweep_lines
 from cell.verdict.check import check_fixed
 
@@ -43,11 +43,24 @@ def test_every_pose_has_the_verdict_of_a_single_check(make_case):
     for pose, row in zip(POSES, sweep(case, POSES, processes=1), strict=True):
         result = check_fixed(job, *pose)
         assert (row["verdict"] == "feasible") == result.feasible
+        assert row["looked_at"] + row["not_looked_at"] == len(job.targets)
         if row["searched"]:
             assert row["infeasible"] == result.infeasible
             assert row["reasons"] == result.reasons
         else:
             assert 0 < row["infeasible"] <= result.infeasible
+
+
+def test_no_row_is_made_of_files_that_changed_while_the_sweep_ran(make_case):
+    path = make_case(slicing={"h_layer_mm": 1.9})  # no other test has prepared such a part
+    case = load_case(path)
+    poses = (Pose(90.0, 180.0),)
+    before = sweep_fingerprint(case)
+    mesh = path.parent / "boss.stl"
+    mesh.write_bytes(mesh.read_bytes() + b"\n")
+    for task in (SweepTask(before, case, poses[0]), PoseScreening(before, case, poses)):
+        with pytest.raises(InputError, match="changed while the sweep ran"):
+            task()
 
 
 def test_values_as_they_are_written():

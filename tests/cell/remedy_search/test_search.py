@@ -9,6 +9,7 @@ import yaml
 
 from cell.case.read import load_case, with_changes
 from cell.cli.main import main
+from cell.failure import Failure, Kind
 from cell.job.job import prepare
 from cell.planning import infeasible_part
 from cell.remedy_search import search as remedies_module
@@ -18,6 +19,7 @@ from cell.remedy_search.search import remedies
 from cell.remedy_search.target_groups import target_groups
 from cell.scene.placement import place_targets
 from cell.verdict.check import check_fixed
+from cell.verdict.result import TargetVerdict
 from ik.roll import apply_roll
 from slicing.targets.targets import Targets
 
@@ -218,6 +220,29 @@ def test_the_command_says_it_and_writes_it(make_case, tmp_path, capsys, monkeypa
     assert main(["check", str(bad), "--json", str(out)]) == 1  # the verdict stands, and so does what was found
     assert json.loads(out.read_text())["help"] == [first]
     assert "interrupted" in capsys.readouterr().err
+
+
+def test_nothing_is_searched_for_what_no_change_of_the_cell_mends(make_case, monkeypatch):
+    found = check_fixed(prepare(load_case(make_case(**FEW, roll={"fixed_deg": 0}))), 90, 180)
+    rows, lost = list(found.rows), [2, 3, 9]
+    for i in lost:
+        rows[i] = TargetVerdict(Failure(Kind.OVERHANG, 6.0, 2.5), None)
+    overhanging = replace(found, rows=tuple(rows), motion=None)
+    with monkeypatch.context() as patch:
+        patch.delattr(remedies_module, "_RemedySearch")
+        for moved in (None, found.tables):
+            only = list(remedies(replace(overhanging, moved=moved)))
+            assert [(r.targets.tolist(), r.reason, r.change, r.left) for r in only] == [(lost, "overhang", None, 3)]
+            assert "checks.overhang_mm" in only[0].sentence
+    # with another reason beside it, or beads of another slicer, which the table may carry, there is something to search
+    searched = []
+    monkeypatch.setattr(remedies_module._RemedySearch, "run", lambda *args: searched.append(args) or [])
+    rows[5] = TargetVerdict(Failure(Kind.COLLISION, 1e-3, 5e-3), None)
+    theirs = replace(found.job, overhanging_beads=(None,))
+    for result in (replace(overhanging, rows=tuple(rows)), replace(overhanging, job=theirs)):
+        before = len(searched)
+        list(remedies(result, seconds=0.0))
+        assert len(searched) > before
 
 
 def test_a_feasible_case_needs_no_help(make_case):

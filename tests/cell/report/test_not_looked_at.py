@@ -15,7 +15,12 @@ from cell.html.check_page import html_report
 from cell.html.page_words import PageWords
 from cell.job.job import prepare
 from cell.planning import infeasible_part
+from cell.pose_sweep.grid import Pose
+from cell.pose_sweep.ranking import sweep_document
+from cell.pose_sweep.sweep import _hopeless, pose_outcome
 from cell.remedy_search.search import remedies
+from cell.report.sweep_lines import sweep_lines
+from cell.table_poses.hopeless_poses import Screened
 from cell.verdict.check import check_fixed
 from cell.verdict.result import NOT_LOOKED_AT
 from cell.verdict.severity import worst_first
@@ -46,6 +51,26 @@ def test_the_document_and_the_text_say_how_many(case, tmp_path, capsys):
             assert (row["reason"], row["detail"], row["proved"], row["q_deg"]) == (NOT_LOOKED_AT, {}, False, None)
     assert f"{document['not_looked_at']} of {len(rows)} targets" in said
     assert f"of the {document['looked_at']} targets checked" in said
+
+
+def test_a_sweep_says_that_a_count_is_of_those_checked(case):
+    job = prepare(load_case(case))
+    row = pose_outcome(job, Pose(90, 180))
+    assert row["searched"]
+    assert row["looked_at"] + row["not_looked_at"] == len(job.targets)
+    assert row["not_looked_at"] > 0 < row["infeasible"] <= row["looked_at"]
+    said = [str(line) for line in sweep_lines(sweep_document(job.case, [row]))]
+    assert f" {row['infeasible']}+" in said[2]
+    assert said[3].endswith("(12+: at least 12)")
+    whole = {**row, "not_looked_at": 0}
+    said = [str(line) for line in sweep_lines(sweep_document(job.case, [whole]))]
+    assert not any("+" in line for line in said)
+
+
+def test_a_pose_that_is_settled_early_says_of_how_many_targets(case):
+    job = prepare(load_case(case))
+    row = _hopeless(job, Pose(90, 180), Screened(7, 9, {"collision": 7}))
+    assert (row["infeasible"], row["looked_at"], row["not_looked_at"]) == (7, 9, len(job.targets) - 9)
 
 
 def test_all_looks_at_every_one(case, tmp_path):

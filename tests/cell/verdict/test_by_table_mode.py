@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,32 @@ def test_a_case_is_checked_as_the_command_checks_it(mode: str, tmp_path: Path) -
     cell.write_motion(tmp_path / "ours.csv", result.motion)
     assert (tmp_path / "ours.csv").read_bytes() == motion.read_bytes()
     assert json.loads(json.dumps(cell.report_document(result))) == json.loads(report.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("mode", "function"),
+    [
+        ("indexed", "cell.verdict.indexed.check_indexed"),
+        ("coordinated", "cell.verdict.coordinated.check_coordinated"),
+        ("best", "cell.verdict.best_pose.check_best"),
+    ],
+)
+def test_what_moves_the_table_is_the_same_in_python_and_for_the_command(
+    mode: str, function: str, little: cell.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def checked(job: Job, progress: object = None) -> cell.Result:
+        asked.append(job.case.table.mode)
+        return replace(little, mode=mode)
+
+    monkeypatch.setattr(function, checked)
+    case = boss_case(tmp_path, table={"mode": mode})
+    assert cell.check(replace(little.job, case=cell.load_case(case))).mode == mode
+    report = tmp_path / "r.json"
+    assert main(["check", str(case), "-q", "--json", str(report)]) == 0
+    assert json.loads(report.read_text(encoding="utf-8"))["table"]["mode"] == mode
+    assert asked == [mode, mode]
 
 
 @pytest.mark.slow

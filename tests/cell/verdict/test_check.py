@@ -1,5 +1,6 @@
 """Verdicts: feasible motions hold under plain MuJoCo, infeasible ones carry the right reason."""
 
+from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -10,8 +11,11 @@ import pytest
 from cell.case.read import load_case
 from cell.failure import Failure, FailurePlace, Kind, Where
 from cell.job.job import prepare
+from cell.part_chunks.chunked_run import run_in_chunks
 from cell.scene.standalone import standalone_xml
-from cell.verdict.check import _rows, check_fixed
+from cell.verdict import check as check_module
+from cell.verdict.check import SpanVerdict, _rows, check_fixed
+from cell.verdict.result import TargetVerdict
 
 
 def run(path, e1=None, e2=None):
@@ -182,9 +186,44 @@ def test_a_margin_nothing_can_keep_is_singular(make_case):
 
 def test_a_gravity_limit_is_its_own_reason(make_case):
     upright = run(make_case("a", checks={"gravity_max_deg": 60}))
-    tilted = run(make_case("b", checks={"gravity_max_deg": 10}, table={"E1_deg": 0, "E2_deg": 180}))
+    steep = run(make_case("b", checks={"gravity_max_deg": 10}))  # the same motion, which no limit of the arm stops
     assert upright.feasible
-    assert reasons(tilted) == {"gravity"}
+    assert reasons(steep) == {"gravity"}
+    assert not steep.feasible
+    assert steep.motion is None
+
+
+def test_what_overhangs_too_far_is_wrong_with_a_part_that_the_arm_can_weld(little, monkeypatch):
+    monkeypatch.setattr(check_module, "unsupported_targets", lambda job: {2: Failure(Kind.OVERHANG, 4.0, 2.0)})
+    found = check_fixed(little.job, *little.asked)
+    assert not found.feasible
+    assert {i: failure.kind for i, failure in found.failures.items()} == {2: Kind.OVERHANG}
+
+
+def test_what_is_wrong_with_a_motion_as_it_is_run_is_wrong_with_its_target(little, monkeypatch):
+    hit = Failure(Kind.COLLISION, 1e-3, 5e-3, place=FailurePlace(Where.TRAVEL, from_target=2, to_target=3))
+
+    def run_to_a_hit(*args):
+        return replace(run_in_chunks(*args), failures={3: hit})
+
+    monkeypatch.setattr(check_module, "run_in_chunks", run_to_a_hit)
+    found = check_fixed(little.job, *little.asked)
+    assert not found.feasible
+    assert found.motion is None
+    assert {i: failure.kind for i, failure in found.failures.items()} == {3: Kind.COLLISION}
+
+
+@pytest.mark.parametrize(
+    "lost", [TargetVerdict(Failure(Kind.GRAVITY), None), TargetVerdict(None, None, looked_at=False)]
+)
+def test_no_motion_is_made_of_targets_that_are_not_feasible(lost, little):
+    whole = SpanVerdict(little.rows, little.motion)
+    assert whole.motion is little.motion
+    with pytest.raises(RuntimeError, match="1 targets"):
+        SpanVerdict((*little.rows[:-1], lost), little.motion)
+    with pytest.raises(RuntimeError, match="1 targets"):
+        replace(whole, rows=(*little.rows[1:], lost))
+    assert replace(whole, rows=(*little.rows[1:], lost), motion=None).motion is None
 
 
 def test_a_bead_too_fast_for_the_joints_is_speed(make_case):

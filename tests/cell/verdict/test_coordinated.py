@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,9 @@ from cell.failure import IN_ROWS, Failure, Kind
 from cell.html.series import _gravity, drawn_path
 from cell.job.job import Job
 from cell.motion.motion_file import read_motion, write_motion
+from cell.verdict import coordinated
 from cell.verdict.by_table_mode import check
+from cell.verdict.check import SpanVerdict
 from cell.verdict.coordinated import _with_table_met
 from cell.verdict.result import Result
 from cell.verdict.table_use import table_use
@@ -135,6 +138,38 @@ def test_a_table_that_would_sweep_the_work_into_a_wall_is_not_moved_there(tmp_pa
     ]
     assert met
     assert all(row.reason == "collision" and not row.proved and "wall" in str(row.detail["pair"]) for row in met)
+
+
+def test_what_is_laid_a_little_further_off_up_than_allowed_is_infeasible(
+    upright: Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = coordinated._schedule_trial
+
+    def leaning(*args: Any) -> Any:
+        trial = made(*args)
+        off = trial.way.off.copy()
+        off[3] = np.deg2rad(10.1)  # of 10
+        return replace(trial, way=replace(trial.way, off=off))
+
+    monkeypatch.setattr(coordinated, "check_span", lambda *_: SpanVerdict(upright.rows, upright.motion))
+    monkeypatch.setattr(coordinated, "_schedule_trial", leaning)
+    found = check(upright.job)
+    assert not found.feasible
+    assert {i: (f.kind, f.measure, f.proved) for i, f in found.failures.items()} == {3: (Kind.GRAVITY, 10.1, False)}
+
+
+@pytest.mark.parametrize("found_by", ["table_collisions", "table_blend_collisions"])
+def test_a_part_whose_table_meets_something_on_its_way_is_infeasible(
+    found_by: str, upright: Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(coordinated, "check_span", lambda *_: SpanVerdict(upright.rows, upright.motion))
+    assert check(upright.job).feasible
+    met = [Finding(Failure(Kind.COLLISION, measure=-1.0, limit=0.0, place=IN_ROWS), 7, 8)]
+    monkeypatch.setattr(coordinated, found_by, lambda *_: met)
+    found = check(upright.job)
+    assert not found.feasible
+    assert found.motion is None
+    assert list(found.failures) == [upright.motion.target[8]]
 
 
 def test_what_the_table_meets_in_a_rounded_corner_counts(

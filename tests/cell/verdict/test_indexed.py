@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,6 +80,40 @@ def test_the_judge_says_the_same_of_the_motion_as_a_file(found: Result, folder: 
     assert again.findings == ()
     assert again.clearance is not None
     assert again.clearance[0] == pytest.approx(found.clearance.value, rel=0.03, abs=1e-5)
+
+
+def test_a_part_whose_table_cannot_turn_in_between_is_infeasible(
+    found: Result, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    met = Failure(Kind.COLLISION, -4.0, 0.0, place=ON_TRAVEL, contact=Contact(pair=("post", "floor")))
+    poses = [pose.document() for pose in found.poses]
+    job = prepare(with_table(three_case(folder), {"mode": "indexed", "poses": poses}))
+    monkeypatch.setattr(TurnSearch, "search", lambda *_: met)
+    result = check(job)
+    assert not result.feasible
+    assert list(result.failures) == [pose.first for pose in result.poses[1:]]
+    assert {row.detail["from_target"] for row in result.rows if row.failure} == {
+        pose.first - 1 for pose in result.poses[1:]
+    }
+
+
+def test_the_least_clearance_is_that_of_the_turns_too(found: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    near = SimpleNamespace(distance=np.array([1e-3]), pair=np.array([[0, 1]]))
+    laid = []
+
+    def least(*given: Any) -> Any:
+        laid.append(set(given[3].tolist()))
+        return None, near
+
+    monkeypatch.setattr("cell.verdict.indexed.least_between_samples", least)
+    poses = [pose.document() for pose in found.poses]
+    result = check(prepare(with_table(found.job.case, {"mode": "indexed", "poses": poses})))
+    assert result.feasible
+    assert found.clearance is not None
+    assert result.clearance is not None
+    assert result.clearance.value == 1e-3 < found.clearance.value
+    # with all that is laid before
+    assert laid == [{int(result.job.deposits_before[pose.first])} for pose in result.poses[1:]]
 
 
 @pytest.mark.slow

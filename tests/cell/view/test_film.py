@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -129,6 +131,24 @@ def test_without_an_encoder_one_line_says_what_to_install(
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(InputError, match=r"rbam-cell\[video\].*\.gif"):
         film(little, tmp_path / "film.mp4")
+
+
+@pytest.mark.parametrize(
+    ("free", "said"),
+    [(0, r"cannot be written \(No space left on device\)$"), (2**30, r"stopped \(\[Errno 32\] Broken pipe\)$")],
+)
+def test_an_encoder_that_stops_is_one_short_line(
+    free: int, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def frames(*_: object, **__: object) -> Iterator[None]:
+        yield
+        raise OSError("[Errno 32] Broken pipe\n\nFFMPEG COMMAND:\nffmpeg -y -f rawvideo\n\nFFMPEG STDERR OUTPUT:\n")
+
+    monkeypatch.setattr(video, "_encoder", lambda: SimpleNamespace(write_frames=frames))
+    monkeypatch.setattr(video.shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
+    form = video.Format(tmp_path / "film.mp4", 4, 4, 25.0)
+    with pytest.raises(InputError, match=said):
+        video._write_mp4(tmp_path / ".film.mp4", iter([np.zeros((4, 4, 3), dtype=np.uint8)]), form, 1)
 
 
 @pytest.mark.parametrize("text", ["1280", "x720", "1280x", "1280x72o", "-1x5", "1280x720x3", "99999x99999"])

@@ -55,3 +55,24 @@ def test_what_lies_between_the_borders_is_covered(name):
         assert len(points) > 50
         for raised in (0.0, 0.9):  # and the material above it, up to the next layer
             assert inside(solids, points + 1.73 * raised * layer.surface.normals(points)).all()
+
+
+@pytest.mark.parametrize("name", ["pad on a bulge", "pad on a cone"])
+def test_wide_beads_that_stand_out_along_a_bent_surface_are_covered(name):
+    on_cone = (box((5, -9, -14), (40, 9, 14)), "conical", ConicalBody(20.0, 10.0))
+    mesh, strategy, body = on_cone if "cone" in name else LAYERS[name]()
+    half = 6.0
+    layers = tuple(replace(layer_on(mesh, body, 1.73 * k), index=k) for k in range(2))
+    sliced = SlicedSubVolume("SV1", strategy, mesh, body, layers)
+    shape = part_shape([sliced], None, ((20.0, 0.0), (20.0, 30.0)), [np.full(2, half)])
+    solids = [PointCloud(v).convex_hull for n, v in shape.hulls.items() if n.startswith("deposit/0/")]
+    surface, border = layers[0].surface, layers[0].curves[0].points
+    normals = surface.normals(border)
+    around = np.cross([0.0, 0.0, 1.0], normals)
+    around /= np.linalg.norm(around, axis=1)[:, None]
+    for angle in np.linspace(0, 2 * np.pi, 12, endpoint=False):
+        way = np.cos(angle) * around + np.sin(angle) * np.cross(normals, around)
+        points = border + 0.97 * half * way
+        points -= surface.distance(points)[:, None] * surface.normals(points)  # beads lie along the surface
+        for raised in (0.0, 0.9):
+            assert inside(solids, points + 1.73 * raised * surface.normals(points)).all()
