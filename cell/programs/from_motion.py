@@ -58,11 +58,13 @@ class PointThinning:
         chord: of the TCP, m.
         angle: of the TCP's orientation and of every axis, rad.
         corner: a bead that turns by more than this keeps the point, rad.
+        turn: of the TCP on a line at most, rad.
     """
 
     chord: float
     angle: float
     corner: float = float(np.deg2rad(10.0))
+    turn: float = MOST_TURN
 
     @classmethod
     def of(cls, case: Case) -> PointThinning:
@@ -98,18 +100,21 @@ class ProgramOfMotion:
         return len(self.row)
 
 
-def program_of_motion(job: Job, motion: Motion, frames: ProgramFrames) -> ProgramOfMotion:
+def program_of_motion(
+    job: Job, motion: Motion, frames: ProgramFrames, thinning: PointThinning | None = None
+) -> ProgramOfMotion:
     """Make a program of a motion.
 
     Args:
         job: the job of the motion.
         motion: the checked motion.
         frames: from ``cell.programs.cell_controller.frames_of``: the program's name, tool and base.
+        thinning: left out: the case's.
 
     Returns:
         The program.
     """
-    thinning = PointThinning.of(job.case)
+    thinning = PointThinning.of(job.case) if thinning is None else thinning
     made = _Made(job, motion, thinning, frames)
     made.all()
     program = Program(frames.program, made.moves(), tuple(made.events), (frames.tool,), (frames.base,))
@@ -360,7 +365,7 @@ class _Made:
         if (np.diff(share) < 0).any():
             return False
         limits, table = self.thinning, self.motion.table
-        if self._turns_too_far(a, b) or angles_between(start[:3, :3], end[:3, :3]) > MOST_TURN:
+        if self._turns_too_far(a, b) or angles_between(start[:3, :3], end[:3, :3]) > limits.turn:
             return False
         if (np.linalg.norm(p - start[:3, 3] - share[:, None] * way, axis=1) > limits.chord).any():
             return False

@@ -18,7 +18,6 @@ from support.jobs.boss_motion import NEAR_HOME, boss_case, result_of
 from support.programs.boss_program import boss_program
 
 import cell.programs.export as export_module
-import cell.programs.from_motion as from_motion
 from cell.case.read import with_changes
 from cell.cli.main import main
 from cell.motion.motion_file import write_motion
@@ -83,19 +82,19 @@ def test_a_bent_bead_keeps_what_the_chord_needs() -> None:
     assert worst <= program.thinning.chord
 
 
-def test_no_line_turns_the_tcp_so_far_that_it_may_go_the_other_way(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_line_turns_the_tcp_so_far_that_it_may_go_the_other_way() -> None:
     boss = boss_program()
     frames = frames_of(boss.job, cell_controller(boss.job))
+    thinning = PointThinning.of(boss.job.case)
 
-    def most_turn() -> float:
-        moves = program_of_motion(boss.job, boss.motion, frames).program.moves
+    def most_turn(thinning: PointThinning) -> float:
+        moves = program_of_motion(boss.job, boss.motion, frames, thinning).program.moves
         lines = np.flatnonzero((moves.kind[1:] == MoveKind.LINEAR) & (moves.kind[:-1] == MoveKind.LINEAR))
         R = frames_of_poses(moves.pose)[:, :3, :3]
         return float(np.rad2deg(angles_between(R[lines], R[lines + 1]).max()))
 
-    assert 10 < most_turn() < 120
-    monkeypatch.setattr(from_motion, "MOST_TURN", np.deg2rad(5.0))
-    assert most_turn() <= 5.0 + 1e-9
+    assert 10 < most_turn(thinning) < np.rad2deg(thinning.turn) < 180
+    assert most_turn(replace(thinning, turn=np.deg2rad(5.0))) <= 5.0 + 1e-9
 
 
 def test_thinning_is_at_most_half_of_what_the_checks_allow() -> None:
