@@ -110,7 +110,7 @@ PUSHED = {  # further along the wire than it is where the arc goes on or off, or
         r"^ARC_OFF.*\n",
         r"\g<0>LIN_REL {Z 4} #TOOL\nLIN_REL {Y -12}\nLIN_REL {Z -4} #TOOL\n",
     ),
-    "across, as deep as it was": (r"^ARC_OFF.*\n", r"\g<0>LIN_REL {Y -12}\nLIN_REL {Z -14} #TOOL\n"),
+    "across, as deep as it was": (r"^ARC_OFF.*\n", r"\g<0>LIN_REL {Z 12}\nLIN_REL {Z -14} #TOOL\n"),
     "into what lies below": (r"^ARC_ON.*\n", r"LIN_REL {Z 2} #TOOL\nLIN_REL {Z -2} #TOOL\n\g<0>"),
 }
 
