@@ -48,7 +48,7 @@ PROMISED = "acceptance/test_promised_numbers.py"
 SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
-MUTATED = "cell/programs/test_program_mutations.py"
+MUTATED, EXPORT = "cell/programs/test_program_mutations.py", "cell/programs/test_export.py"
 ENDLESS, CIRCLES = "cell/programs/running/test_endless_axes.py", "cell/programs/running/test_circles.py"
 NEAR_BEADS = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
@@ -197,7 +197,9 @@ MUTANTS = (
     Mutant("cell/collision/blend_bisection.py", "if len(open_.step) and not lost:", "if False:", (ROUNDINGS,)),
     Mutant("cell/programs/running/program_path.py", "if held is not None and held != status & STATUS_BITS:", "if False:", (STATUS,)),
     Mutant("cell/programs/running/configuration_tracking.py", "(ELBOW if elbow else 0)", "ELBOW", (STATUS,)),
-    Mutant("cell/verification/collisions.py", " & (off @ feed[end] <= PUSHED)", "", (MUTATED,)),
+    Mutant("cell/programs/from_motion.py", " or angles_between(start[:3, :3], end[:3, :3]) > limits.turn", "", (EXPORT,)),
+    Mutant("cell/verification/collisions.py", " & (along <= PUSHED)", "", (MUTATED,)),
+    Mutant("cell/verification/collisions.py", " & (beside <= BESIDE)", "", (MUTATED,)),
     Mutant("cell/verification/collisions.py", "PUSHED = 0.5e-3", "PUSHED = 5e-3", (MUTATED,)),
     Mutant("cell/programs/running/program_path.py", "        self._refuse_open_turns(turn)\n", "", (CIRCLES,)),
     Mutant("cell/programs/running/program_path.py", " | (at_angle & (turn > AS_GIVEN))", "", (CIRCLES,)),
