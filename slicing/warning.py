@@ -32,6 +32,7 @@ class Code(StrEnum):
     CONCAVE_BODY = "concave_body"
     CONCAVE_FIXTURE = "concave_fixture"
     DEPOSIT_SHARE = "deposit_share"
+    FIXTURE_SMALL = "fixture_small"
     FIXTURE_SUNK = "fixture_sunk"
     FLOATING_PIECE = "floating_piece"
     HOME_UNKNOWN = "home_unknown"

@@ -48,7 +48,7 @@ PROMISED = "acceptance/test_promised_numbers.py"
 SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
-MUTATED = "cell/programs/test_program_mutations.py"
+MUTATED, EXPORT = "cell/programs/test_program_mutations.py", "cell/programs/test_export.py"
 ENDLESS, CIRCLES = "cell/programs/running/test_endless_axes.py", "cell/programs/running/test_circles.py"
 NEAR_BEADS = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
@@ -197,7 +197,9 @@ MUTANTS = (
     Mutant("cell/collision/blend_bisection.py", "if len(open_.step) and not lost:", "if False:", (ROUNDINGS,)),
     Mutant("cell/programs/running/program_path.py", "if held is not None and held != status & STATUS_BITS:", "if False:", (STATUS,)),
     Mutant("cell/programs/running/configuration_tracking.py", "(ELBOW if elbow else 0)", "ELBOW", (STATUS,)),
-    Mutant("cell/verification/collisions.py", " & (off @ feed[end] <= PUSHED)", "", (MUTATED,)),
+    Mutant("cell/programs/from_motion.py", " or angles_between(start[:3, :3], end[:3, :3]) > limits.turn", "", (EXPORT,)),
+    Mutant("cell/verification/collisions.py", " & (along <= PUSHED)", "", (MUTATED,)),
+    Mutant("cell/verification/collisions.py", " & (beside <= BESIDE)", "", (MUTATED,)),
     Mutant("cell/verification/collisions.py", "PUSHED = 0.5e-3", "PUSHED = 5e-3", (MUTATED,)),
     Mutant("cell/programs/running/program_path.py", "        self._refuse_open_turns(turn)\n", "", (CIRCLES,)),
     Mutant("cell/programs/running/program_path.py", " | (at_angle & (turn > AS_GIVEN))", "", (CIRCLES,)),
@@ -297,6 +299,15 @@ MUTANTS = (
     Mutant("slicing/strategies/cylindrical.py", "greatest_distance(base, mesh.vertices[mesh.faces])", "float(base.distance(mesh.vertices).max())", ("slicing/surfaces/test_greatest_distance.py",)),
     Mutant("slicing/volume/layer_areas.py", "odd |= top > h", "odd |= top > 1e9 * h", ("slicing/surfaces/test_greatest_distance.py",)),
     Mutant("cell/job/beside_body.py", "if spread[2] < FLAT * spread[0]:", "if False:", (BESIDE,)),
+    Mutant("cell/streams.py", "    _hold_numbers()\n    for", "    for", ("cell/cli/test_exit_codes.py",)),
+    Mutant("cell/cli/sweep_command.py", 'return FEASIBLE if document["best"] else INFEASIBLE', "return FEASIBLE", ("cell/cli/test_exit_codes.py",)),
+    Mutant("cell/remedy_search/search.py", '"group" if bad else "part"', '"part"', ("cell/remedy_search/test_search.py",)),
+    Mutant("cell/remedy_search/search.py", '"whole part feasible" if not bad else', '"whole part feasible" if True else', ("cell/remedy_search/test_search.py",)),
+    Mutant("cell/planning/bead_search.py", "is_fixed and self.context.limits.wrist > 0)", "is_fixed)", (VERDICTS,)),
+    Mutant("cell/planning/bead_search.py", "bool(self.nodes.exhaustive and self.nodes.window.is_fixed and", "bool(self.nodes.exhaustive and", (VERDICTS,)),
+    Mutant("cell/remedy_search/table_modes.py", "return check(job).feasible", "return True", ("cell/remedy_search/test_table_modes.py",)),
+    Mutant("cell/remedy_search/search.py", "if time.process_time() + self.result.seconds <= self.deadline:", "if True:", ("cell/remedy_search/test_search.py",)),
+    Mutant("cell/cli/check_command.py", 'float("inf") if asked else HELP_SECONDS + HELP_CHECKS * result.seconds', 'float("inf")', ("cell/remedy_search/test_search.py",)),
     Mutant("cell/cli/main.py", "    ended = _signal_behind(error)\n", "    ended = None\n", ("cell/cli/test_exit_codes.py",)),
     Mutant("cell/cli/main.py", "    _refuse_empty(args)\n", "", ("cell/cli/test_exit_codes.py",)),
     Mutant("cell/job/wire_in_metal.py", "corners = support.radius_mm / np.cos(np.pi / SUPPORT_SIDES)", "corners = support.radius_mm", (METAL,)),
@@ -372,6 +383,8 @@ MUTANTS = (
     Mutant("cell/verdict/coordinated.py", "(*table_collisions(job, way, laid), *rounded)", "(*table_collisions(job, way, laid),)", (COORDINATED,)),
     Mutant("cell/verdict/coordinated.py", "np.flatnonzero(trial.way.off > limit)", "np.flatnonzero(trial.way.off > 2 * limit)", (COORDINATED,)),
     Mutant("cell/verdict/indexed.py", "        if why is not None:\n            found = _not_turned", "        if False:\n            found = _not_turned", (INDEXED,)),
+    Mutant("cell/table_poses/waiting_pose.py", "if back else context.begun", "if back else 0", ("cell/table_poses/test_waiting_pose.py",)),
+    Mutant("cell/table_poses/waiting_pose.py", "laid = int(context.laid[stretch.stop - 1]) if back", "laid = 0 if back", ("cell/table_poses/test_waiting_pose.py",)),
     Mutant("cell/verdict/indexed.py", "found.append(LeastValue(float(nearest", "str(LeastValue(float(nearest", (INDEXED,)),
     Mutant("cell/verdict/coordinated.py", "if trial.blocked:", "if False:", (COORDINATED,)),
     Mutant("cell/verdict/check.py", "if self.motion is not None else []", "if False else []", (VERDICTS,)),
@@ -529,4 +542,6 @@ MUTANTS = (
     Mutant("cell/collision/stick_out.py", " if (meets[geom] & met[part]).all()]", "]", (STICK_OUT,)),
     Mutant("cell/collision/stick_out.py", " if not any(left_out(model, geom, int(part[k])) for k in first)]", "]", (STICK_OUT,)),
     Mutant("cell/collision/stick_out.py", " or not scene.tool_geom[wires].all():", ":", (STICK_OUT,)),
+    Mutant("ik/bead_path.py", "return all(np.isin(np.flatnonzero(n), some).all()", "return any(np.isin(np.flatnonzero(n), some).all()", ("ik/test_bead_path.py",)),
+    Mutant("ik/bead_path.py", "index = np.flatnonzero(array != others)", "index = np.flatnonzero(array < others)", ("ik/test_bead_path.py",)),
 )  # fmt: skip

@@ -24,7 +24,6 @@ from .fields import (
     Name,
     Section,
     Vec3,
-    require_size,
 )
 
 NO_TABLE = "none"  # as positioner.model: the part stands still, on nothing that is modelled
@@ -160,22 +159,12 @@ class Box(Section):
 
     size_mm: tuple[Length, Length, Length] = Field(description="lengths along x, y, z")
 
-    @model_validator(mode="after")
-    def _in_mm(self) -> Box:
-        require_size(*self.size_mm)
-        return self
-
 
 class CylinderFixture(Section):
     """An upright cylinder fixture."""
 
     radius_mm: Length = Field(description="radius of the cylinder")
     height_mm: Length = Field(description="height along z")
-
-    @model_validator(mode="after")
-    def _in_mm(self) -> CylinderFixture:
-        require_size(2 * self.radius_mm, self.height_mm)
-        return self
 
 
 class Fixture(Section):

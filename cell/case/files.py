@@ -30,6 +30,7 @@ LIBRARY = re.compile(rb"^mtllib[ \t]+(.+?)[ \t\r]*$", re.MULTILINE)
 STRIPS = b"strippath"  # of a model: the folders of files that it names do not count
 HEAD = 2**16  # bytes of an OBJ that name its materials
 MOST_BYTES = 2**24  # of a glTF that names buffers
+MESHES = (".stl", ".obj", ".ply", ".off", ".3mf", ".glb", ".gltf", ".step", ".stp")
 MOST_NAMES = 10_000  # of a folder that a misspelt name is compared with
 
 
@@ -75,10 +76,13 @@ def require_part_files(case: Case) -> None:
         case: the case.
 
     Raises:
-        InputError: the first such key and file; one line.
+        InputError: the first such key and file, or a mesh in place of a toolpath; one line.
     """
     for key, name in _files_of_part(case):
-        _require_file(case, key, case.path_of(name))
+        path = case.path_of(name)
+        _require_file(case, key, path)
+        if key == "part.toolpath" and path.suffix.lower() in MESHES:
+            raise InputError(f"{case.path}: {key}: {path} is a mesh; part.mesh and part.sub_volumes take meshes")
 
 
 def require_cell_files(case: Case) -> None:
@@ -88,12 +92,15 @@ def require_cell_files(case: Case) -> None:
         case: the case.
 
     Raises:
-        InputError: the first such key and file or name; one line.
+        InputError: the first such key and file or name, or a mesh in place of a model; one line.
     """
     shipped = sorted(path.parent.name for path in MODELS_DIR.glob("*/*.xml"))
     for key, model in _models(case):
         if is_path(model):
-            _require_file(case, key, case.path_of(model))
+            path = case.path_of(model)
+            _require_file(case, key, path)
+            if path.suffix.lower() in MESHES:
+                raise InputError(f"{case.path}: {key}: {path} is a mesh; an MJCF is needed, with the mesh in a geom")
         elif model != NO_TABLE and not model_path(case, model).is_file():
             near = difflib.get_close_matches(model, shipped, n=1)
             hint = f"did you mean {near[0]}?" if near else f"shipped are {', '.join(shipped)}"

@@ -22,6 +22,7 @@ from ..errors import InputError
 from ..shipped import case_path, is_path, shipped_cases
 from .cell_sections import NO_TABLE
 from .fields import FileName
+from .files import MESHES
 from .problems import excerpt, first_problem
 from .sections import Case
 from .yaml12 import load_yaml
@@ -36,7 +37,6 @@ YAML_IN_WORDS = {
     "mapping values are not allowed": "a second : in a line; put texts that have one in quotes",
     "unknown escape character": "a backslash in double quotes; write paths with / or in single quotes",
 }
-MESHES = (".stl", ".obj", ".ply", ".off", ".3mf", ".glb", ".gltf", ".step", ".stp")
 EXTENDS: TypeAdapter[str] = TypeAdapter(FileName)
 
 

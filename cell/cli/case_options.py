@@ -1,7 +1,9 @@
 """What a command is about: its case with the options of the command line, and where its outputs go.
 
-case = load(args)                               # --roll, --table, --e1 and --e2 are in it
-refuse_outputs(args, case, "json", "html")      # before the work rather than after it
+    case = load(args)                               # --roll, --table, --e1 and --e2 are in it
+    refuse_outputs(args, case, "json", "html")      # before the work rather than after it
+
+Angles in degrees, as on the command line.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""What of another slicer's beads lies over nothing: no metal laid earlier, no body and no plate below it.
+"""Overhangs of another slicer's beads: stretches without earlier metal, body or plate below.
 
     found = unsupported_beads(scene, path, targets, laid)     # BeadOverhang, one for every bead that overhangs
 
-How far a bead stands out is counted as of layers that are sliced here: its outer edge, seen along the direction of
-deposition, over the edge of what lies below. By half its width its middle is on that edge. Metal counts as below a bead
-where it is no further down than half the bead's thickness. Part frame, mm.
+An overhang is measured as for layers that are sliced here: from the edge of what lies below to the bead's outer edge,
+seen along the deposition direction. At half a bead's width the bead's middle is on that edge. Metal counts as below a
+bead where it is no further down than half the bead's thickness. Part frame, mm.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ DOWN = 0.5  # of a bead's thickness, down to which metal is below it
 SKIN = 0.05  # of its thickness: below the bead's underside by so much, where beads beside it do not reach
 RAY_MM = 1e-4  # radius of a line that looks for metal
 SIDE_MM = 0.5  # between lines beside a bead's middle
-FARTHEST = 4.0  # bead widths up to which is told how far a bead stands out
-DEEPEST_MM = 1000.0  # down to which is told how far away the next metal is
+FARTHEST = 4.0  # bead widths up to which an overhang is measured
+DEEPEST_MM = 1000.0  # down to which the next metal is looked for
 CLOSE_MM = 0.05  # how closely
 MEASURED = 4  # places of a bead that are measured
 ROUNDING_MM = 1e-6  # of thicknesses in a file
@@ -44,7 +44,7 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class BeadOverhang:
-    """What of one bead stands out over what lies below by more than is allowed.
+    """The overhang of one bead beyond the limit.
 
     Attributes:
         bead: its number.
@@ -200,7 +200,7 @@ class _Below:
             yield rows, far if np.isfinite(far) else None, near if np.isfinite(near) else None
 
     def out_mm(self, places: _Places, width: float) -> Floats:
-        """How far beads stand out at places, (n,); inf where it is further than is looked."""
+        """Overhang of beads at places, (n,), mm; inf beyond the range that is measured."""
         found = np.full(len(places.bead), np.inf)
         for step in np.arange(-width / 2, FARTHEST * width, SIDE_MM).tolist():
             left = np.flatnonzero(np.isinf(found))

@@ -1,9 +1,9 @@
-"""What of a body stands out of its round outline, as convex pieces for collisions.
+"""Solids of a part beside its body of revolution, as convex pieces for collisions.
 
     pieces_beside(part.beside_profile)        # {"body/beside_0/0": (k, 3), ..}
 
-A part in one mesh is taken apart into a body of revolution and sub-volumes. What is neither, on the body's ends or
-beside it, is there from the start like the body itself. Millimetres.
+A part in one mesh is taken apart into a body of revolution and sub-volumes. Solids that are neither, on the
+body's ends or beside it, are there from the start like the body itself. Millimetres.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What of sub-volumes that are built already their layers do not hold, as convex pieces for collisions.
+"""The parts of built sub-volumes that their layers do not contain, as convex pieces for collisions.
 
     rest_of_built([mesh], shape.hulls)        # {"built/SV1/rest/0": (k, 3), ..}
 

@@ -1,7 +1,9 @@
-"""A cell without a part: in which a program is checked where it is not known what it builds.
+"""A cell without a part, in which a program is checked whose part is not known.
 
-job = bare_job(load_case("cell.case.yaml"))       # part: none
-len(job.targets), job.scene.n_deposits            # 0, 0
+    job = bare_job(load_case("cell.case.yaml"))       # part: none
+    len(job.targets), job.scene.n_deposits            # 0, 0
+
+Programs without a part are checked against the cell alone.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""From a case file to something that can be checked: sliced, sampled, and standing in its cell.
+"""From a case to a job: the part sliced, its targets sampled, and the cell composed.
 
     job = prepare(load_case("blade.case.yaml"))
     job.sliced, job.targets, job.scene
 
-What does not depend on the table's angles is done here once; ``cell.verdict.check`` and ``cell.pose_sweep.sweep`` use
-it for every pose.
+Everything that does not depend on the table's angles is computed here once; ``cell.verdict.check`` and
+``cell.pose_sweep.sweep`` use it for every pose.
 """
 
 from __future__ import annotations

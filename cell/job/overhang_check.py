@@ -1,4 +1,4 @@
-"""What of a job is laid in the air, and what is laid past the horizontal.
+"""Targets that are laid over nothing, and targets that are laid past the horizontal.
 
     unsupported_targets(job)                  # {target: Failure}, by the case's limit checks.overhang_mm
     targets_over_nothing(job)                 # {target: Hanging}, whether the case sets a limit or not
@@ -22,7 +22,7 @@ from .job import Job
 
 
 class Hanging(NamedTuple):
-    """What hangs at a target: how far it stands out (None: nothing lies below), and the area beyond the limit."""
+    """The overhang at a target: how far it stands out (None: nothing lies below), and the area beyond the limit."""
 
     out_mm: float | None
     area: OverhangArea

@@ -80,7 +80,7 @@ class PartInput:
 
 
 def found_lines(T_part_input: Floats, evidence: Evidence | None) -> tuple[str, ...]:
-    """What to say of the body that was found and of where the part was turned to, one line each."""
+    """The report's lines about the body that was found and about the part's rotation."""
     body = () if evidence is None else (f"body: {evidence.line}",)
     if evidence is None and np.array_equal(T_part_input, np.eye(4)):
         return ()
@@ -139,7 +139,7 @@ def read_body(case: Case, z_mm: tuple[float, float], laid: Sequence[str] = ()) -
         laid: names of the sub-volumes that the beads are of.
 
     Returns:
-        The part, without sub-volumes that are to be built. Those that are neither laid nor built are told as absent
+        The part, without sub-volumes that are to be built. Those that are neither laid nor built are reported as absent
         where the beads, or part.take, have some of the sub-volumes' names.
 
     Raises:

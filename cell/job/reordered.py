@@ -1,6 +1,8 @@
 """A job whose layers are built in another order.
 
-job = in_order(job, [(0, 0, 7), (1, 0, 7), (0, 8, 20), (1, 8, 20)])
+    job = in_order(job, [(0, 0, 7), (1, 0, 7), (0, 8, 20), (1, 8, 20)])
+
+Each run is (sub-volume, first layer, last layer), counted from 0.
 """
 
 from __future__ import annotations

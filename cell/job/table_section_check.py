@@ -1,7 +1,9 @@
 """What the case's section ``table`` asks for, compared with the sub-volumes and the positioner.
 
-runs = build_runs(case, names, layers)    # the order in which its poses build the layers
-check_table(case, scene)                  # refuses what the positioner cannot do
+    runs = build_runs(case, names, layers)    # the order in which its poses build the layers
+    check_table(case, scene)                  # refuses what the positioner cannot do
+
+Angles in degrees, as in the case.
 """
 
 from __future__ import annotations

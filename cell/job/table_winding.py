@@ -1,12 +1,12 @@
-"""Beads that go further round than the table turns: where they are split, so that it can unwind between.
+"""Beads that go further round than the table turns: they are split, and the table unwinds in between.
 
     freedom, upright = freedom_of(case, scene), upright_of(case)
     targets, cut = split_beads(targets, freedom, upright)
 
-A bead right round a body takes a whole turn of E2, and an endless helix many. E2 has what its range holds and, at
-either end, as much as the cone about up allows; the rest is another piece of the bead, which begins at the target where
-the one before ended, with E2 turned back or with the table tilted to the other side. Pieces are as few as can be, and
-turn alike where that is as few. Radians.
+A bead right round a body needs a whole turn of E2, and a helix several turns. E2 has its range and, at either end, as
+much as the cone about up allows. The rest is another piece of the bead. It begins at the target where the piece before
+ended, with E2 turned back or the table tilted to the other side. The number of pieces is the least possible, and they
+turn by equal angles where that takes no more pieces. Radians.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@
     metal = Metal.of(case, shape, targets, job.layers_lie_below)
     metal.met(wires)                          # which piece each wire runs through, and over which length
 
-At a target the wire lies along the deposition direction, whatever the arm does. It may touch the part, since its end
-stands in the bead; what it may not do is to run through metal that is there already. A wire is taken to do so where its
-whole cross-section does: along a wall that a bead is laid at it may graze. A sub-volume's own lower layers lie below
-all of its beads, and are not checked. Part frame, mm.
+At a target the wire lies along the deposition direction, whatever the arm does. It may touch the part, since its end is
+in the bead, but it may not run through metal that is there already. That is the case where its whole cross-section is
+in metal; along a wall beside the bead it may graze the metal. A sub-volume's own lower layers lie below all of its
+beads, and are not checked. Part frame, mm.
 """
 
 from __future__ import annotations

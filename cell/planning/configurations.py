@@ -60,10 +60,9 @@ class Nodes:
     cost: Floats
     exhaustive: bool
 
-    @property
-    def within_limits(self) -> NDArray[np.bool_]:
-        """(n, r, g, k): configurations inside the joint limits."""
-        return np.isfinite(self.q[..., 0])
+    def within_limits(self, i: int) -> NDArray[np.bool_]:
+        """Which configurations of a target are inside the joint limits, (r, g, k)."""
+        return np.isfinite(self.q[i, ..., 0])
 
     def why_not(self, i: int) -> tuple[Failure, Floats | None]:
         """Why a target has no allowed node, by its best candidate.
@@ -74,8 +73,9 @@ class Nodes:
         Returns:
             What is wrong (singular, joint limit or unreachable), and the best attempt (j,) or None.
         """
-        if self.within_limits[i].any():
-            return self.singular(i, self.within_limits[i])
+        inside = self.within_limits(i)
+        if inside.any():
+            return self.singular(i, inside)
         outside = np.isfinite(self.over[i]).all(axis=-1)
         if outside.any():
             return self.joint_limit(i, outside)
@@ -83,9 +83,10 @@ class Nodes:
 
     def reach(self, i: int, among: NDArray[np.bool_]) -> Failure:
         """How far a target is out of reach at the best of some rolls (r,)."""
-        if not np.isfinite(self.reach_excess[i]).any():
+        known = np.isfinite(self.reach_excess[i])
+        if not known.any():
             return Failure(Kind.UNREACHABLE, effort=SearchEffort(seeds=self.solver.seeds, rolls=len(self.rolls)))
-        best = int(np.nanargmin(np.where(among, np.abs(self.reach_excess[i]), np.inf)))
+        best = int(np.argmin(np.where(among & known, np.abs(self.reach_excess[i]), np.inf)))
         beyond = float(self.reach_excess[i, best])
         far = round(abs(beyond) * 1e3, 3)
         # -0.0 says "too close" of what rounds to nothing

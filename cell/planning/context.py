@@ -191,21 +191,9 @@ class Context:
             InputError: a target has no normal or is not finite.
         """
         settings = settings_of(job) if settings is None else settings
-        scene = job.scene
-        checker, screen = _checkers(scene, table, settings)
-        return cls(
-            solver=job.solver,
-            placed=place_targets(job.targets, scene.T_base_part(*table)),
-            deposits_before=job.deposits_before,
-            laid=job.laid,
-            window=job.window,
-            limits=job.singularity_limits,
-            checker=checker,
-            screen=screen,
-            settings=settings,
-            radius=radii(scene),
-            span=Span.whole(job) if span is None else span,
-        )
+        placed = place_targets(job.targets, job.scene.T_base_part(*table))
+        checkers = _checkers(job.scene, table, settings)
+        return cls._made(job, placed, checkers, settings, radii(job.scene), Span.whole(job) if span is None else span)
 
     @classmethod
     def along(cls, job: Job, tables: Floats, settings: Settings | None = None) -> Context:
@@ -224,19 +212,33 @@ class Context:
         """
         settings = settings_of(job) if settings is None else settings
         first = (float(tables[0, 0]), float(tables[0, 1]))
-        checker, screen = _checkers(with_table_axes(job.scene), first, settings)
+        placed = place_on_moving_table(job.targets, TableKinematics.of(job.scene), tables)
+        checkers = _checkers(with_table_axes(job.scene), first, settings)
+        return cls._made(job, placed, checkers, settings, all_radii(job.scene), Span.whole(job))
+
+    @classmethod
+    def _made(
+        cls,
+        job: Job,
+        placed: PlacedTargets,
+        checkers: tuple[Checker, Checker],
+        settings: Settings,
+        radius: Floats,
+        span: Span,
+    ) -> Context:
+        """A context with what it takes from the job alone."""
         return cls(
             solver=job.solver,
-            placed=place_on_moving_table(job.targets, TableKinematics.of(job.scene), tables),
+            placed=placed,
             deposits_before=job.deposits_before,
             laid=job.laid,
             window=job.window,
             limits=job.singularity_limits,
-            checker=checker,
-            screen=screen,
+            checker=checkers[0],
+            screen=checkers[1],
             settings=settings,
-            radius=all_radii(job.scene),
-            span=Span.whole(job),
+            radius=radius,
+            span=span,
         )
 
     @property

@@ -71,6 +71,9 @@ def frames_of(job: Job, controller: Controller) -> ProgramFrames:
         base = replace(on_table, T=T)
     if base.coupled:
         reported.append(_taken(f"MACHINE_DEF[{base.machine}].ROOT, seen from $ROBROOT,", T_base_root(job)))
+    else:
+        text = "program: the base is given in the arm's base: the controller must have $ROBROOT at $WORLD (all of it 0)"
+        reported.append(Warning(Code.PROGRAM_FRAME, text))
     return ProgramFrames(controller.program, tool, base, tuple(reported))
 
 

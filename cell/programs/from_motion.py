@@ -45,7 +45,8 @@ MOST_LINE_SPEED = 2.0  # m/s of a line: what a controller takes
 FIRST_SHARE = 0.1  # of the axes' speed to the first point, from wherever the arm is
 SAME_RETRACTION = 1e-6  # m, likewise of where the torch is drawn back to
 JOINT_LINE = 1e-6  # rad that rows may be off the straight line of all axes
-MOST_TURN = float(np.deg2rad(120.0))  # of an endless axis in a move: from 180 deg on it would go the other way
+# of an endless axis, and of the TCP on a line, in a move: from 180 deg on it would go the other way
+MOST_TURN = float(np.deg2rad(120.0))
 WAIT = 1e-4  # s: rows at one place that last longer are a wait
 
 
@@ -57,11 +58,13 @@ class PointThinning:
         chord: of the TCP, m.
         angle: of the TCP's orientation and of every axis, rad.
         corner: a bead that turns by more than this keeps the point, rad.
+        turn: of the TCP on a line at most, rad.
     """
 
     chord: float
     angle: float
     corner: float = float(np.deg2rad(10.0))
+    turn: float = MOST_TURN
 
     @classmethod
     def of(cls, case: Case) -> PointThinning:
@@ -97,18 +100,21 @@ class ProgramOfMotion:
         return len(self.row)
 
 
-def program_of_motion(job: Job, motion: Motion, frames: ProgramFrames) -> ProgramOfMotion:
+def program_of_motion(
+    job: Job, motion: Motion, frames: ProgramFrames, thinning: PointThinning | None = None
+) -> ProgramOfMotion:
     """Make a program of a motion.
 
     Args:
         job: the job of the motion.
         motion: the checked motion.
         frames: from ``cell.programs.cell_controller.frames_of``: the program's name, tool and base.
+        thinning: left out: the case's.
 
     Returns:
         The program.
     """
-    thinning = PointThinning.of(job.case)
+    thinning = PointThinning.of(job.case) if thinning is None else thinning
     made = _Made(job, motion, thinning, frames)
     made.all()
     program = Program(frames.program, made.moves(), tuple(made.events), (frames.tool,), (frames.base,))
@@ -359,7 +365,7 @@ class _Made:
         if (np.diff(share) < 0).any():
             return False
         limits, table = self.thinning, self.motion.table
-        if self._turns_too_far(a, b):
+        if self._turns_too_far(a, b) or angles_between(start[:3, :3], end[:3, :3]) > limits.turn:
             return False
         if (np.linalg.norm(p - start[:3, 3] - share[:, None] * way, axis=1) > limits.chord).any():
             return False

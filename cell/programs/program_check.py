@@ -252,8 +252,9 @@ def _warnings(run: SimulatedProgram, job: Job) -> Iterator[Warning]:
         yield Warning(Code.PROGRAM_CUT, text)
     for k, base in enumerate(program.bases):
         used = np.flatnonzero((moves.base == k) & np.isfinite(moves.pose[:, 0]))
-        if len(used) and not base.coupled and bool(job.scene.has_axis.any()):
-            text = f"{move_label(program, int(used[0]))}: its base stands in the world, not on the table: "
+        if len(used) and not base.coupled:
+            on = ", not on the table" if bool(job.scene.has_axis.any()) else ""
+            text = f"{move_label(program, int(used[0]))}: its base stands in the world{on}: "
             yield Warning(Code.PROGRAM_FRAME, f"{text}taken in the arm's base ($WORLD = $ROBROOT)")
     yield from _table_warnings(run, job)
     given = np.flatnonzero(moves.status >= 0)

@@ -1,9 +1,9 @@
-"""Links whose shapes collide with nothing, and wires that are none: what a check leaves out.
+"""Links without colliding shapes, and shapes wrongly called the wire: what a check leaves out.
 
     links_without_shapes(model, arm_joints, table_joints, piece)      # typed warnings, one a model
     wire_warnings(model, wire_geom)                                      # likewise
 
-A link is what moves together: the bodies between one axis and the next, and what is welded to them.
+A link is everything that moves together: the bodies between one axis and the next, and bodies welded to them.
 """
 
 from __future__ import annotations

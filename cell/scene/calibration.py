@@ -5,12 +5,12 @@ Use:
     place, quat = calibrated(assembly, spec, place, quat)      # the model changed; where it stands now
 
 A controller keeps a positioner as a chain of frames, X Y Z in mm and A B C in degrees (R = Rz(A) Ry(B) Rx(C)):
-root · axis 1 · Rz(E1) · axis 2 · Rz(E2) · flange. Real axes are neither square nor crossing. The model's shapes stay
-as they are drawn: the whole device goes where its first axis was measured, what the second axis carries goes with that,
-and the table's frame comes to be the measured flange. Each axis turns about the z of its frame.
+root · axis 1 · Rz(E1) · axis 2 · Rz(E2) · flange. Real axes are neither square nor crossing. The model's shapes keep
+their form: the whole device is moved to where its first axis was measured, the bodies on the second axis are moved with
+that axis, and the table's frame is set to the measured flange. Each axis turns about the z of its frame.
 
-The frames' own zero directions are a matter of the measuring: of each axis only the line, and the pose at E = 0 of what
-follows, mean anything. The model's shapes are turned about and moved along the axes to where they deviate least.
+The zero directions of the frames are arbitrary: only the line of each axis and the pose of the next frame at E = 0 have
+a meaning. The model's shapes are turned about and moved along the axes to where they deviate least.
 
 Source: KUKA's machine data $ET1_TA1KR, $ET1_TA2A1, $ET1_TFLA3, multiplied as RoboDK's turntable calibration does.
 """

@@ -1,4 +1,4 @@
-"""What may touch what in a composed cell: contact bits, and the pairs that MuJoCo would leave out.
+"""Which shapes of a composed cell are checked against which: contact bits, and pairs that MuJoCo would leave out.
 
     set_contact_bits(assembly)                  # everything against everything, but for the wire on the part
     pair_tool_with_arm(assembly)                # the tool against the links that MuJoCo leaves out

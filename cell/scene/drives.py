@@ -3,8 +3,8 @@
     d = drives(scene)
     d.speed, d.acceleration                   # (j + 2,) rad/s and rad/s^2: the arm's joints, then E1, E2
 
-A case's own figures win over those in the models' MJCF (numeric ``max_speed_deg_s`` and ``max_accel_deg_s2``). Where an
-acceleration stands nowhere, an axis is taken to reach full speed in half a second, which is slow for an industrial arm.
+A case's own figures win over those in the models' MJCF (numeric ``max_speed_deg_s`` and ``max_accel_deg_s2``). Where no
+acceleration is given, an axis is assumed to reach full speed in half a second, which is slow for an industrial arm.
 """
 
 from __future__ import annotations

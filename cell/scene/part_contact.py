@@ -3,7 +3,7 @@
     for line in part_contact_warnings(scene, shape): ...          # typed warnings
     for line in sunk(scene): ...
 
-What is on the table does not move against the table: no check of a motion ever holds the two against each other.
+Things on the table do not move against the table, so no check of a motion compares the two.
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from ik.chain import Floats
 from slicing import Code, Mesh, PartError, PartShape, Warning
 
 from ..case.cell_sections import Fixture
+from ..case.fields import LEAST_SIZE_MM
 from ..case.part_sections import Support
 from ..case.sections import Case
 from ..errors import InputError
@@ -189,6 +190,10 @@ def add_fixture(assembly: CellAssembly, fixture: Fixture) -> None:
         }
     body.add_geom(**shape, **options)
     body.add_geom(**{**shape, **options, **_to_look_at(name)})
+    extent = 2 * float(np.max(shape["size"])) / METRES_PER_MM
+    if extent < LEAST_SIZE_MM:
+        text = f"fixtures.{fixture.name}: largest extent {extent:.4g} mm; lengths are in mm, not in m"
+        assembly.warnings.append(Warning(Code.FIXTURE_SMALL, text))
 
 
 def _to_look_at(name: str) -> dict[str, Any]:

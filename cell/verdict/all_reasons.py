@@ -80,7 +80,7 @@ def _of_targets(context: Context, bad: list[int]) -> dict[int, list[Excluded]]:
 
 def _of_target(context: Context, nodes: Nodes, i: int, target: int) -> list[Excluded]:
     """What excludes the candidates of a target, which is number i of the nodes'."""
-    inside = nodes.within_limits[i]  # (r, g, k)
+    inside = nodes.within_limits(i)  # (r, g, k)
     allowed = np.isfinite(nodes.cost[i])
     free = np.zeros_like(allowed)
     at = np.argwhere(allowed)

@@ -16,7 +16,7 @@ from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
 from ..scene.scene import table_angles
 from ..table_poses.suited_poses import suited_poses, upright_poses
-from .check import SpanVerdict, fixed_table_result
+from .check import SpanVerdict, result_of
 from .group_verdicts import GroupTrial, GroupVerdicts, place_of
 from .indexed import unproved
 from .result import Result
@@ -58,5 +58,5 @@ def check_best(job: Job, progress: Progress | None = None) -> Result:
     assert best is not None
     _, trial, found = best
     E1_deg, E2_deg = np.round(np.rad2deg(trial.pose), 6).tolist()
-    result = fixed_table_result(job, trial.context(job), (E1_deg, E2_deg), found)
+    result = result_of(job, trial.context(job), (E1_deg, E2_deg), found)
     return replace(result, rows=tuple(map(unproved, found.rows)), mode="best", seconds=processor_time() - begun)

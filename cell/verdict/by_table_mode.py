@@ -1,7 +1,9 @@
 """The verdict on a case with its table as the case asks for it: standing, indexing, moving, or at the best pose found.
 
-result = check(prepare(case))                          # as `rbam check` does
-result = check(prepare(case), E1_deg=90, E2_deg=180)   # the table stands there
+    result = check(prepare(case))                          # as `rbam check` does
+    result = check(prepare(case), E1_deg=90, E2_deg=180)   # the table stands there
+
+Angles of the table in degrees.
 """
 
 from __future__ import annotations

@@ -69,15 +69,15 @@ def check_fixed(
     asked, table = (E1_deg, E2_deg), table_angles(job.scene, E1_deg, E2_deg)
     context = Context.of(job, table)
     found = check_span(job, context, off_upright(job, context.placed), progress)
-    return replace(fixed_table_result(job, context, asked, found), seconds=processor_time() - begun)
+    return replace(result_of(job, context, asked, found), seconds=processor_time() - begun)
 
 
-def fixed_table_result(job: Job, context: Context, asked: tuple[float, float], found: SpanVerdict) -> Result:
-    """The verdict on a part all of which is built at one pose of the table.
+def result_of(job: Job, context: Context, asked: tuple[float, float], found: SpanVerdict) -> Result:
+    """The verdict on a part that is checked as one span.
 
     Args:
         job: the part.
-        context: of the job at the pose.
+        context: of the whole job, at a pose of the table or with a table that moves along.
         asked: E1, E2 as asked for, deg.
         found: the verdict on all of its targets.
     """

@@ -34,7 +34,7 @@ from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
 from ..verification.blended_motion import sampled_runs, table_blend_collisions
 from ..verification.collisions import deposits_laid_at, table_collisions
-from .check import SpanVerdict, check_span, failed, off_upright
+from .check import SpanVerdict, check_span, failed, off_upright, result_of
 from .result import Result, TargetVerdict
 
 LEANS = 4  # directions in which the table may lean where it does no good upright
@@ -86,21 +86,8 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
             break
     assert best is not None
     trial, context, found = best
-    return Result(
-        job=replace(job, warnings=(*job.warnings, *found.warnings)),
-        asked=(job.case.table.E1_deg, job.case.table.E2_deg),
-        table=(float(trial.way.tables[0, 0]), float(trial.way.tables[0, 1])),
-        placed=context.placed,
-        rows=found.rows,
-        clearance=found.clearance,
-        singularity=found.singularity,
-        sigma=found.sigma,
-        gravity=off_upright(job, context.placed),
-        motion=found.motion,
-        seconds=processor_time() - begun,
-        mode="coordinated",
-        moved=trial.way.tables,
-    )
+    made = result_of(job, context, (job.case.table.E1_deg, job.case.table.E2_deg), found)
+    return replace(made, seconds=processor_time() - begun, mode="coordinated", moved=trial.way.tables)
 
 
 def _infeasible(found: SpanVerdict) -> int:

@@ -34,6 +34,7 @@ from .bead_order import Finding
 from .bead_samples import SampledMotion
 
 PUSHED = 0.5e-3  # m along the wire beyond a bead's end: from there on it is pushed into what lies below
+BESIDE = 5e-3  # m beside the line on which a wire comes off a bead: from there on it may touch nothing of the part
 OUT_MM = 1.0  # beyond a layer's thickness: its shape as it collides is a little larger
 
 
@@ -152,7 +153,7 @@ def _wires_in_metal(job: Job, motion: Motion, sampled: SampledMotion) -> list[Fi
 def _across(job: Job, motion: Motion, sampled: SampledMotion) -> NDArray[np.bool_]:
     """Samples with the arc off that are off the bead just welded, and not yet at the next one.
 
-    So are those at a bead's end at which the wire is pushed further on than it was there.
+    So are those near a bead's end from where on the wire is pushed further on than it was there, or drawn sideways.
     """
     # out of the layer just laid at least, which stands about its tip
     layer = float(job.targets.thickness_mm.max(initial=0.0)) + OUT_MM
@@ -162,9 +163,11 @@ def _across(job: Job, motion: Motion, sampled: SampledMotion) -> NDArray[np.bool
     p, feed = sampled.Ts_part_tcp[:, :3, 3], sampled.Ts_part_tcp[:, :3, 2]
 
     def at_end(here: Floats, end: int) -> NDArray[np.bool_]:
-        """Whether places are near a sample at a bead's end, and not beyond it along the wire."""
+        """Whether places are near a sample at a bead's end, hardly beyond it along the wire, and hardly beside it."""
         off = here - p[end]
-        return (np.linalg.norm(off, axis=1) <= near) & (off @ feed[end] <= PUSHED)
+        along = off @ feed[end]
+        beside = np.linalg.norm(off - along[:, None] * feed[end], axis=1)
+        return (np.linalg.norm(off, axis=1) <= near) & (along <= PUSHED) & (beside <= BESIDE)
 
     ends = np.flatnonzero(np.diff(off, prepend=False, append=False))
     for a, b in zip(ends[::2], ends[1::2], strict=True):

@@ -1,6 +1,8 @@
 """Regions of layers in one chart, and what lies below them there: loops by turns inside and outside.
 
-region = region_of_curves(chart, [(curve.points, curve.winding) for curve in layer.curves])
+    region = region_of_curves(chart, [(curve.points, curve.winding) for curve in layer.curves])
+
+Regions are shapely's, in the coordinates of the chart, mm.
 """
 
 from __future__ import annotations

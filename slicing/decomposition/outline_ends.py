@@ -1,6 +1,8 @@
 """Where a body's outline goes on beyond what is seen of it: within end flanges, and out to the rim of an end face.
 
-outline = carried_through(solid, body_outline(bands))       # frame: z is the axis
+    outline = carried_through(solid, body_outline(bands))       # frame: z is the axis
+
+Lengths in mm.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
 """Profiles of surfaces of revolution by arc length, and points seen from them.
 
-meridian = meridian_of(surface, points)              # (k, 3) arc length, r and z, mm, upwards
-lengths_along(meridian, surface, points)             # (n,) mm
+    meridian = meridian_of(surface, points)              # (k, 3) arc length, r and z, mm, upwards
+    lengths_along(meridian, surface, points)             # (n,) mm
+
+Lengths in mm.
 """
 
 from __future__ import annotations

@@ -49,6 +49,23 @@ def test_the_second_engine_sees_what_is_wrong(tmp_path):
     assert any("from metal" in line or "body" in line or "support" in line for line in found)
 
 
+@pytest.mark.slow
+def test_the_second_engine_sees_a_wire_too_near_to_what_its_torch_clears(tmp_path):
+    result, wrong = own_result(write_case(tmp_path, "wire"))
+    assert wrong == []
+    seen = witness.Witness(result)
+    assert seen.problems() == []
+    row, q = seen.samples()
+    middle = len(row) // 2
+    seen._pose(q[middle, :-2], q[middle, -2:])
+    (wire,) = seen.torch.wires
+    beside = np.eye(4)
+    beside[:3, 3] = wire.T[:3, 3] + 0.003 * wire.T[:3, 0] + 0.0055 * wire.T[:3, 2]  # 3 mm off the wire's end
+    pin = witness.Solid("pin", "fixed", 0, "", witness.coal.Sphere(1e-4), 1e-4, T=beside)
+    seen.fixed.append(pin)
+    assert any("wire" in line and "pin" in line for line in seen.problems())
+
+
 @pytest.mark.parametrize("seed", [*range(3), *(pytest.param(k, marks=pytest.mark.slow) for k in range(3, 8))])
 def test_every_shape_stands_in_the_cell_as_its_own_file_has_it(seed, tmp_path):
     from support.cells.own_shapes import shapes_off

@@ -118,6 +118,25 @@ def test_prices_that_are_known_from_searches_before_change_nothing(most_bytes, s
         cost = np.where(rng.random(cost.shape) < 0.15, np.inf, cost)
 
 
+def test_what_could_not_be_reached_before_is_priced_when_it_can_be():
+    """Of many nodes, an edge is priced for those that are reached alone; behind a cut all of them are begun in."""
+    rng, t, r, g, k = np.random.default_rng(0), 5, 80, 2, 5
+    q, cost = rng.uniform(-0.1, 0.1, (t, r, g, k, 1)), rng.random((t, r, g, k))
+    assert cost[0].size * k * 19 > TOGETHER  # edges are priced one by one
+    cost[0, :, 1] = np.inf  # the other branch is not reached
+    usual = np.full(t - 1, 3.0)
+    turning = Allowance(usual, usual, rolls=np.linspace(-3.1, 3.1, r), turn=1.5, turn_price=0.3)
+    known = KnownPrices()
+    for _ in range(2):
+        given_ = q, cost, usual, np.ones(1)
+        found = best_runs(*given_, circular=True, allowance=turning, known=known)
+        assert as_told(found) == as_told(best_runs(*given_, circular=True, allowance=turning))
+        cost[2, :, 0] = np.inf  # now nothing leads beyond, and there the other branch is all there is
+        cost[3:, :, 0] += 9.0
+    assert [run.start for run in found] == [0, 2]
+    assert (found[1].nodes[:, 1] == 1).all()
+
+
 def test_prices_that_are_known_are_not_worked_out_again(monkeypatch):
     q, worked_out = line(0.0, 0.1, 0.2), []
     moves = bead_path._moves

@@ -1,7 +1,9 @@
 """Several files, written all or none.
 
-folder = checked_folder("out")                    # before the work rather than after it
-write_files({Path("out/blade.src"): b"...", Path("out/blade.json"): b"..."}, folder, reads=["blade.stl"])
+    folder = checked_folder("out")                    # before the work rather than after it
+    write_files({Path("out/blade.src"): b"...", Path("out/blade.json"): b"..."}, folder, reads=["blade.stl"])
+
+The folder is made if it is missing, and removed again if nothing was written.
 """
 
 from __future__ import annotations

@@ -22,6 +22,7 @@ BODY = {"radius_mm": 20}
             "part.body.mesh: {folder}/x.stl: no",
         ),
         ({"toolpath": "beads.csv", "body": BODY}, "part.toolpath: {folder}/beads.csv: no such file"),
+        ({"toolpath": "bracket.stl", "body": BODY}, "part.toolpath: {folder}/bracket.stl is a mesh; part.mesh"),
     ],
 )
 def test_a_missing_file_of_the_part_is_said_with_its_key_and_what_may_be_meant(tmp_path, part, said):
@@ -45,9 +46,11 @@ def test_a_missing_file_of_the_part_is_said_with_its_key_and_what_may_be_meant(t
         ({"tool": {"model": "burner"}}, "shipped are cmt_torch, kp2_hv500, kr70_r2100"),
         ({"positioner": {"model": "models/table.xml"}}, "positioner.model: "),
         ({"fixtures": [{"name": "clamp", "mesh": "clmp.stl"}]}, "fixtures.clamp.mesh: "),
+        ({"tool": {"model": "torch.STL"}}, "torch.STL is a mesh; an MJCF is needed"),
     ],
 )
 def test_a_missing_model_or_fixture_is_said_before_anything_is_sliced(tmp_path, section, said):
+    (tmp_path / "torch.STL").write_text("")
     case = parse_case({"part": {"mesh": "a.stl"}, **section}, tmp_path / "my.case.yaml")
     with pytest.raises(InputError) as caught:
         require_cell_files(case)

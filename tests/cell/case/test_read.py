@@ -65,10 +65,6 @@ BAD = [
     ({**MINIMAL, "table": {"E1_deg": "90 deg"}}, "table.E1_deg: must be a number: write 90 without the unit"),
     ({**MINIMAL, "table": {"E1_deg": "pi/2"}}, "table.E1_deg: must be a number (is 'pi/2')"),
     ({**MINIMAL, "support": {"radius_mm": 0.025, "height_mm": 0.12}}, "support: is at most 0.12 mm large; lengths are"),
-    (
-        {**MINIMAL, "fixtures": [{"name": "x", "box": {"size_mm": [0.2, 0.3, 0.05]}}]},
-        "fixtures.0.box: is at most 0.3 mm large; lengths are in mm, not in m",
-    ),
     ({**MINIMAL, "fixtures": [{"name": "x", "on": "Table"}]}, "fixtures.0.on: must be 'floor' or 'table' (is 'Table')"),
     ({"part": {"mesh:a.stl": None}}, "part.mesh:a.stl: unknown key; a blank is needed after the colon"),
     ({}, "part: missing"),

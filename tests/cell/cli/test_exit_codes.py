@@ -20,9 +20,11 @@ from cell.atomic_files import beside
 from cell.cli import main as cli
 from cell.cli.main import main
 from cell.errors import InputError, WorkerKilledError
+from cell.motion.motion_file import write_motion
 from cell.printable import printable
 from cell.streams import Stream
 from cell.termination import Terminated
+from cell.verdict.result import Result
 
 
 class Gone(io.StringIO):
@@ -49,6 +51,25 @@ def test_a_reader_that_leaves_changes_no_verdict(cases: dict[int, str], monkeypa
         assert main(["check", case, "--no-remedies"]) == code
     assert main(["check", cases[1], "--no-remedies", "--json", "-"]) == 1
     assert main(["check", "missing.case.yaml"]) == 2
+
+
+def test_nothing_infeasible_ends_with_0(make_case: Callable[..., Path], little: Result, tmp_path: Path) -> None:
+    motion, far = str(tmp_path / "m.csv"), str(make_case("far", positioner={"position_mm": [4000, 0, 0]}))
+    write_motion(motion, little.motion)
+    assert main(["check", far, "-q", "--motion-in", motion]) == 1
+    assert main(["sweep", far, "-q", "--e1", "90", "--e2", "180", "--jobs", "1"]) == 1
+
+
+@pytest.mark.slow
+def test_every_command_that_judges_ends_with_its_verdict(cases: dict[int, str], tmp_path: Path) -> None:
+    motion = str(tmp_path / "m.csv")
+    assert main(["check", cases[0], "-q", "--motion", motion]) == 0
+    for code, case in cases.items():
+        assert main(["check", case, "-q", "--no-remedies"]) == code
+        assert main(["check", case, "-q", "--motion-in", motion]) == code
+        assert main(["sweep", case, "-q", "--e1", "90", "--e2", "180", "--jobs", "1"]) == code
+        assert main(["export", case, "-q", "--csv", str(tmp_path / f"points{code}.csv")]) == code
+    assert not (tmp_path / "points1.csv").exists()
 
 
 def test_a_standard_output_that_cannot_be_written_is_one_line(
@@ -190,6 +211,21 @@ def test_streams_that_are_closed_from_the_start() -> None:
     command = f"{sys.executable} -m cell slice no.stl >&- 2>&- <&-"
     root = ROOT
     assert subprocess.run(["sh", "-c", command], cwd=root, check=False).returncode == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closed streams are the shell's")
+def test_no_file_gets_the_number_of_a_closed_stream(tmp_path: Path) -> None:
+    """What a library prints by that number would be in the file."""
+    program = """
+import os, sys
+from cell.streams import standard_streams
+for number in range(3):
+    os.close(number)
+with standard_streams(), open(sys.argv[1], "w") as file:
+    file.write(str(file.fileno()))
+"""
+    subprocess.run([sys.executable, "-c", program, str(tmp_path / "number")], cwd=ROOT, check=False)
+    assert int((tmp_path / "number").read_text()) > 2
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,7 @@ from cell.programs.pose_rows import pose_rows
 from cell.programs.program import Event, EventKind, MoveKind, Program
 from cell.programs.robodk_script import robodk_script
 from cell.programs.round_trip import OFF, TURNED, compared, difference_of
+from cell.programs.running.interpolation import angles_between
 from cell.programs.running.simulate import run_program
 
 
@@ -79,6 +80,21 @@ def test_a_bent_bead_keeps_what_the_chord_needs() -> None:
         f = np.clip((p[a + 1 : b] - p[a]) @ way / (way @ way), 0, 1)
         worst = max(worst, float(np.linalg.norm(p[a + 1 : b] - p[a] - f[:, None] * way, axis=1).max()))
     assert worst <= program.thinning.chord
+
+
+def test_no_line_turns_the_tcp_so_far_that_it_may_go_the_other_way() -> None:
+    boss = boss_program()
+    frames = frames_of(boss.job, cell_controller(boss.job))
+    thinning = PointThinning.of(boss.job.case)
+
+    def most_turn(thinning: PointThinning) -> float:
+        moves = program_of_motion(boss.job, boss.motion, frames, thinning).program.moves
+        lines = np.flatnonzero((moves.kind[1:] == MoveKind.LINEAR) & (moves.kind[:-1] == MoveKind.LINEAR))
+        R = frames_of_poses(moves.pose)[:, :3, :3]
+        return float(np.rad2deg(angles_between(R[lines], R[lines + 1]).max()))
+
+    assert 10 < most_turn(thinning) < np.rad2deg(thinning.turn) < 180
+    assert most_turn(replace(thinning, turn=np.deg2rad(5.0))) <= 5.0 + 1e-9
 
 
 def test_thinning_is_at_most_half_of_what_the_checks_allow() -> None:

@@ -105,11 +105,12 @@ def test_a_wrong_digit_is_found_with_its_line(what: str, tmp_path: Path) -> None
     assert (file, line) in {(f.line.file, f.line.number) for f in result.findings if f.reason == reason and f.line}
 
 
-PUSHED = {  # further along the wire than it is where the arc goes on or off, and back; where that is found
+PUSHED = {  # further along the wire than it is where the arc goes on or off, or beside it, and back
     "into what lies below, and across": (
         r"^ARC_OFF.*\n",
         r"\g<0>LIN_REL {Z 4} #TOOL\nLIN_REL {Y -12}\nLIN_REL {Z -4} #TOOL\n",
     ),
+    "across, as deep as it was": (r"^ARC_OFF.*\n", r"\g<0>LIN_REL {Z 12}\nLIN_REL {Z -14} #TOOL\n"),
     "into what lies below": (r"^ARC_ON.*\n", r"LIN_REL {Z 2} #TOOL\nLIN_REL {Z -2} #TOOL\n\g<0>"),
 }
 
@@ -124,9 +125,12 @@ def test_a_wire_that_is_pushed_into_the_part_beside_a_bead_is_found(what: str, t
     assert line in {f.line.number for f in result.findings if f.line}
 
 
-def test_a_wire_that_is_drawn_back_beside_a_bead_is_free(tmp_path: Path) -> None:
-    away = r"\g<0>LIN_REL {Z -4} #TOOL\nLIN_REL {Y -12}\nLIN_REL {Z -14} #TOOL\n"
-    assert boss_program().read(tmp_path, edited(r"^ARC_OFF.*\n", away)).feasible
+@pytest.mark.parametrize(
+    "away", ["LIN_REL {Z -4} #TOOL\nLIN_REL {Y -12}", "LIN_REL {Y -1}", "LIN_REL {Y -6,Z -9} #TOOL"]
+)
+def test_a_wire_that_is_drawn_back_beside_a_bead_is_free(away: str, tmp_path: Path) -> None:
+    change = edited(r"^ARC_OFF.*\n", rf"\g<0>{away}\nLIN_REL {{Z -14}} #TOOL\n")
+    assert boss_program().read(tmp_path, change).feasible
 
 
 HARMLESS = {

@@ -67,6 +67,15 @@ def test_a_part_that_stands_still_has_a_base_that_no_axis_moves(tmp_path):
     for word in ("E1 ", "E2 ", "EK", "$ACT_EX_AX", "$VEL_EXTAX", "$ASYNC_AXIS"):
         assert word not in text
     assert not any("MACHINE_DEF" in line for line in made.warnings)
+    told = [str(line) for line in made.warnings if getattr(line, "code", None) is Code.PROGRAM_FRAME]
+    assert [
+        line.startswith("program: the base is given in the arm's base: the controller must have $ROBROOT")
+        for line in told
+    ] == [True]
+    assert made.result is not None
+    read = [str(line) for line in made.result.warnings if getattr(line, "code", None) is Code.PROGRAM_FRAME]
+    assert len(read) == 1
+    assert read[0].endswith("its base stands in the world: taken in the arm's base ($WORLD = $ROBROOT)")
     base = made.written.program.bases[0]
     np.testing.assert_allclose(base.T, result.job.scene.T_base_part(0.0, 0.0), atol=1e-9)
     # the points are the part's: the first of a bead is its first target

@@ -2,12 +2,14 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 
 from cell.case.read import load_case, with_changes
+from cell.cli.check_command import HELP_CHECKS, HELP_SECONDS
 from cell.cli.main import main
 from cell.failure import Failure, Kind
 from cell.job.job import prepare
@@ -220,6 +222,51 @@ def test_the_command_says_it_and_writes_it(make_case, tmp_path, capsys, monkeypa
     assert main(["check", str(bad), "--json", str(out)]) == 1  # the verdict stands, and so does what was found
     assert json.loads(out.read_text())["help"] == [first]
     assert "interrupted" in capsys.readouterr().err
+
+
+def test_the_search_has_the_time_that_is_promised(make_case, monkeypatch):
+    given = []
+
+    def noted(result, progress, seconds):
+        given.append(seconds / (HELP_SECONDS + HELP_CHECKS * result.seconds))
+        return []
+
+    monkeypatch.setattr(remedies_module, "remedies", noted)
+    far = str(make_case(**FEW, positioner={"position_mm": [4000, 0, 0]}))
+    assert main(["check", far]) == main(["check", far, "--remedies"]) == 1
+    assert given == [1.0, np.inf]
+
+
+@pytest.mark.parametrize(("left_s", "has"), [(6.0, True), (4.0, False)])
+def test_no_check_is_begun_that_would_not_end_in_time(left_s, has, monkeypatch):
+    search = SimpleNamespace(deadline=100.0, result=SimpleNamespace(seconds=5.0), left=3)
+    monkeypatch.setattr(remedies_module, "time", SimpleNamespace(process_time=lambda: 100.0 - left_s))
+    assert remedies_module._RemedySearch._has_time(search) == has
+    assert search.left == (3 if has else 0)
+
+
+@pytest.mark.parametrize(
+    ("bad", "unseen", "checked", "said"),
+    [
+        (set(), 0, "part", "(checked: whole part feasible)"),
+        ({7}, 0, "group", "(checked: these 2 targets feasible, 1 of the part not)"),
+        ({7, 8, 9}, 2, "group", "(checked: these 2 targets feasible, 1 of the part not, 2 not checked)"),
+    ],
+)
+def test_a_remedy_says_what_its_check_found(bad, unseen, checked, said):
+    class Tilt:
+        def words(self, was, to):
+            return f"E1 {was} -> {to}"
+
+        def effort(self, size):
+            return size
+
+    change = Tilt()
+    start = SimpleNamespace(describe=lambda change, size: {"key": "table.E1_deg", "from": 0.0, "to": size})
+    search = SimpleNamespace(checked={(change, 5.0): bad}, unseen={(change, 5.0): unseen}, start=start)
+    found = remedies_module._RemedySearch._remedy(search, change, 5.0, np.array([2, 3]), "gravity")
+    assert (found.checked, found.left) == (checked, len(bad) - unseen)
+    assert found.sentence == f"E1 0.0 -> 5.0 {said}"
 
 
 def test_nothing_is_searched_for_what_no_change_of_the_cell_mends(make_case, monkeypatch):

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from support.jobs.boss_motion import boss_case, job_of
 from support.jobs.indexed import three_bosses, with_table
 
 from cell.case.read import load_case
-from cell.job.job import prepare
+from cell.job.job import Job, prepare
+from cell.remedy_search import table_modes
 from cell.remedy_search.search import remedies
 from cell.remedy_search.table_modes import mode_trials
 from cell.verdict.by_table_mode import check
@@ -22,6 +24,22 @@ LIMIT = {"gravity_max_deg": 45}  # three bosses a third of a turn apart: at no o
 def fixed(folder: Path) -> Result:
     case = load_case(three_bosses(folder, table={"E1_deg": 90, "E2_deg": 0}, checks=LIMIT))
     return check_fixed(prepare(case), 90, 0)
+
+
+@pytest.mark.parametrize("feasible", [True, False])
+def test_another_mode_holds_where_the_whole_part_is_checked_with_it(
+    feasible: bool, little: Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def checked(job: Job) -> SimpleNamespace:
+        asked.append(job.case.table.mode)
+        return SimpleNamespace(feasible=feasible)
+
+    monkeypatch.setattr(table_modes, "check", checked)
+    trials = list(mode_trials(little))
+    assert [trial.holds() for trial in trials] == [feasible]
+    assert asked == ["coordinated"]
 
 
 @pytest.mark.slow

@@ -83,6 +83,14 @@ def test_a_fixture_sunk_into_a_table_without_axes_is_said(tmp_path, sunk):
     assert ["into plate" in line for line in found] == ([True] if sunk else [])
 
 
+@pytest.mark.parametrize(
+    "shape", [{"box": {"size_mm": [0.3, 0.2, 0.1]}}, {"cylinder": {"radius_mm": 0.1, "height_mm": 0.3}}]
+)
+def test_a_fixture_with_its_lengths_in_metres_is_told_of(tmp_path, shape):
+    found = of_code(on_a_fixed_table(tmp_path, fixtures=[{"name": "wall", **shape}]), Code.FIXTURE_SMALL)
+    assert found == ["fixtures.wall: largest extent 0.3 mm; lengths are in mm, not in m"]
+
+
 @pytest.fixture(scope="module")
 def neighbours(tmp_path_factory):
     """Three boxes one above the other on a shaft, the middle one low and 5 mm from each of the others."""

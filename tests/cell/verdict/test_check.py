@@ -141,6 +141,17 @@ def test_proved_only_where_nothing_is_left_to_look_at(make_case):
     assert not any(row.proved for row in blocked.rows)
 
 
+@pytest.mark.parametrize(("wrist_deg", "proved"), [(5, True), (0, False)])
+def test_a_collision_is_proved_where_the_configurations_can_be_counted(make_case, wrist_deg, proved):
+    """With A4 and A6 in line, which no margin forbids then, endlessly many of them reach a target."""
+    clamp = {"name": "clamp", "on": "table", "position_mm": [-120, 0, 130], "box": {"size_mm": [120, 120, 120]}}
+    few = {"h_layer_mm": 3, "h_min_mm": 2, "h_max_mm": 4}
+    checks = {"wrist_deg": wrist_deg}
+    result = run(make_case(slicing=few, roll={"fixed_deg": -60}, fixtures=[clamp], checks=checks))
+    assert reasons(result) == {"collision"}
+    assert {row.proved for row in result.rows} == {proved}
+
+
 def test_no_proof_is_contradicted_by_a_wider_window(make_case):
     tight = run(make_case("tight", roll={"range_deg": [80, 100]}, positioner={"position_mm": [1550, 0, 0]}), -45, 0)
     for row, T in zip(tight.rows, tight.placed.Ts_base_target, strict=True):

@@ -4,7 +4,8 @@ lines = Witness(result).problems()      # one a pair that comes nearer than the 
 
 Nothing of the composed cell is used: each model is compiled from its own file and put where the case says, its shapes
 are coal's, and the way of the joints is straight from row to row. What has been welded is there as the targets'
-points; a torch may not come nearer to those of earlier beads than the clearance either.
+points; a torch may not come nearer to those of earlier beads than the clearance either. The wire keeps the clearance
+from all but what is welded, what it is welded onto and its own torch.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class Solid:
     """One shape: what it is of, what moves it, where it is in its model."""
 
     name: str
-    of: str  # robot, tool, table, fixed
+    of: str  # robot, tool, table, fixed, part
     level: int  # joints of its model that move it
     body: str
     shape: object
@@ -94,7 +95,7 @@ class Model:
             if weld[a] == weld[b] or weld[m.body_parentid[weld[a]]] == weld[b] != 0
         }
         self.wire = [g for g in range(m.ngeom) if m.geom(g).name in wires]
-        self.solids = [
+        shapes = [
             Solid(
                 m.geom(g).name or f"{of}:{m.body(m.geom_bodyid[g]).name}:{g}",
                 of,
@@ -107,8 +108,10 @@ class Model:
                 centre=m.geom_aabb[g, :3].copy(),
             )
             for g in range(m.ngeom)
-            if (m.geom_contype[g] or m.geom_conaffinity[g] or g in named) and g not in self.wire
+            if m.geom_contype[g] or m.geom_conaffinity[g] or g in named
         ]
+        self.solids = [solid for solid in shapes if solid.geom not in self.wire]
+        self.wires = [solid for solid in shapes if solid.geom in self.wire]
 
     def pose(self, q) -> None:
         self.data.qpos[self.qpos] = q
@@ -119,7 +122,7 @@ class Model:
         return frame_of(self.data.site_xpos[s], self.data.site_xmat[s])
 
     def place(self, T: np.ndarray) -> None:
-        for solid in self.solids:
+        for solid in (*self.solids, *self.wires):
             g = solid.geom
             solid.T = T @ frame_of(self.data.geom_xpos[g], self.data.geom_xmat[g])
 
@@ -181,14 +184,14 @@ class Witness:
         if case.support is not None:
             r, lift = case.support.radius_mm * 1e-3, case.support.height_mm * 1e-3
             T = frame((0, 0, lift * 500), (0, 0, 0))
-            self.on_table.append(Solid("support", "fixed", 0, "", coal.Cylinder(r, lift), np.hypot(r, lift), T=T))
+            self.on_table.append(Solid("support", "part", 0, "", coal.Cylinder(r, lift), np.hypot(r, lift), T=T))
         x, y, z = case.part.position_mm
         self.T_site_part = frame((x, y, z + lift * 1e3), (0, 0, case.part.rotation_deg))
         body = case.part.body
         low, high = np.array(body.z_mm) * 1e-3
         T = self.T_site_part @ frame((*body.axis_xy_mm, (low + high) * 500), (0, 0, 0))
         r = body.radius_mm * 1e-3
-        self.on_table.append(Solid("body", "fixed", 0, "", coal.Cylinder(r, high - low), np.hypot(r, high), T=T))
+        self.on_table.append(Solid("body", "part", 0, "", coal.Cylinder(r, high - low), np.hypot(r, high), T=T))
 
     def _pose(self, q, E) -> None:
         self.arm.pose(q)
@@ -207,7 +210,9 @@ class Witness:
         arm = [s for s in self.arm.solids if s.level]
         still = [*self.fixed, *self.on_table, *self.table.solids]
         yield from ((a, b, clear) for a in [*arm, *self.torch.solids] for b in still)
-        yield from ((t, a, clear) for t in self.torch.solids for a in self.arm.solids if a.level <= 5)
+        yield from ((w, b, clear) for w in self.torch.wires for b in still if b.of != "part")
+        torch = [*self.torch.solids, *self.torch.wires]
+        yield from ((t, a, clear) for t in torch for a in self.arm.solids if a.level <= 5)
         yield from (
             (a, b, clear)
             for a in arm
