@@ -49,19 +49,6 @@ Angles3 = tuple[Angle, Angle, Angle]
 ControllerFrame = tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle]  # X Y Z A B C
 
 
-def require_size(*lengths_mm: float) -> None:
-    """Refuse something that is less than a millimetre large in every direction: its lengths are likely in metres.
-
-    Args:
-        lengths_mm: how large it is in each direction, mm.
-
-    Raises:
-        ValueError: all of them are less.
-    """
-    if max(lengths_mm) < LEAST_SIZE_MM:
-        raise ValueError(f"is at most {max(lengths_mm):g} mm large; lengths are in mm, not in m")
-
-
 def _no_control(text: str) -> str:
     """Refuse characters that no name has and that some readers take for its end."""
     if any(ord(c) < 32 or ord(c) == 127 for c in text):

@@ -94,7 +94,6 @@ def require_cell_files(case: Case) -> None:
     Raises:
         InputError: the first such key and file or name, or a mesh in place of a model; one line.
     """
-    shipped = sorted(path.parent.name for path in MODELS_DIR.glob("*/*.xml"))
     for key, model in _models(case):
         if is_path(model):
             path = case.path_of(model)
@@ -102,6 +101,7 @@ def require_cell_files(case: Case) -> None:
             if path.suffix.lower() in MESHES:
                 raise InputError(f"{case.path}: {key}: {path} is a mesh; an MJCF is needed, with the mesh in a geom")
         elif model != NO_TABLE and not model_path(case, model).is_file():
+            shipped = sorted(path.parent.name for path in MODELS_DIR.glob("*/*.xml"))
             near = difflib.get_close_matches(model, shipped, n=1)
             hint = f"did you mean {near[0]}?" if near else f"shipped are {', '.join(shipped)}"
             raise InputError(f"{case.path}: {key}: {model} is neither a file nor a shipped model; {hint}")

@@ -14,6 +14,7 @@ from pydantic import Field, field_validator, model_validator
 from slicing import BeadParameters, LengthUnit, Meaning, SlicingParameters
 
 from .fields import (
+    LEAST_SIZE_MM,
     MOST_LIST,
     Angle,
     Coordinate,
@@ -26,7 +27,6 @@ from .fields import (
     Vec3,
     asked,
     number_within,
-    require_size,
 )
 
 NO_PART = "none"  # as part: nothing is built
@@ -119,7 +119,9 @@ class Support(Section):
 
     @model_validator(mode="after")
     def _in_mm(self) -> Support:
-        require_size(2 * self.radius_mm, self.height_mm)
+        largest = max(2 * self.radius_mm, self.height_mm)
+        if largest < LEAST_SIZE_MM:
+            raise ValueError(f"is at most {largest:g} mm large; lengths are in mm, not in m")
         return self
 
 

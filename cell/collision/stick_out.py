@@ -15,10 +15,11 @@ import numpy as np
 
 from ik.chain import Floats
 
-from ..scene.composition import BodyOwner
+from ..arrays import Ints
 from ..scene.contacts import left_out
 from ..scene.scene import Scene
 from .proofs.convex_shapes import ConvexShape, convex_shape
+from .wire import wire_and_part
 
 NEARER = 60  # steps towards the nearest point of a shape: each gives a point of it, so that fewer only tell more
 GEOM = mujoco.mjtGeom
@@ -43,11 +44,11 @@ def stick_out_of(scene: Scene) -> float:
 
 
 def _stick_out(scene: Scene) -> float:
-    model = scene.model
-    wires = np.flatnonzero(scene.wire_geom & scene.contact_bits.any(axis=0))
+    model, (wire, part) = scene.model, wire_and_part(scene)
+    wires = np.flatnonzero(wire)
     if not len(wires):
         return 0.0
-    torch = _checked_against_part(scene)
+    torch = _checked_against(scene, np.flatnonzero(part))
     if not torch or not scene.tool_geom[wires].all():
         return float("inf")
     data = mujoco.MjData(model)  # in any configuration: what moves with the TCP stands alike in all
@@ -56,10 +57,9 @@ def _stick_out(scene: Scene) -> float:
     return max(_beyond(_shape(model, data, int(wire)), shapes) for wire in wires) + SLACK
 
 
-def _checked_against_part(scene: Scene) -> list[int]:
-    """Shapes that move with the TCP, are no wire, and are checked against all of the part and its support."""
+def _checked_against(scene: Scene, part: Ints) -> list[int]:
+    """Shapes that move with the TCP, are no wire, and are checked against all geoms of the part."""
     model, (meets, met) = scene.model, scene.contact_bits
-    part = np.flatnonzero(np.isin(scene.piece_of_geom, (BodyOwner.SUPPORT, BodyOwner.PART)) & (met > 0))
     first = np.unique(model.geom_bodyid[part], return_index=True)[1]
     exact = np.isin(model.geom_type, EXACT) & scene.tool_geom & ~scene.wire_geom
     solid = [geom for geom in np.flatnonzero(exact).tolist() if (meets[geom] & met[part]).all()]

@@ -112,13 +112,17 @@ class _WireChecker(Checker):
         return np.asarray((away <= self._size + self.reach + SLACK).any(axis=1))
 
 
+def wire_and_part(scene: Scene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which geoms are the wire, and which are what it may touch where it is welded: part and support, (ngeom,) each."""
+    solid = scene.contact_bits.any(axis=0)
+    return scene.wire_geom & solid, np.isin(scene.piece_of_geom, (BodyOwner.SUPPORT, BodyOwner.PART)) & solid
+
+
 def wire_scene(scene: Scene) -> Scene | None:
     """A scene in which nothing is solid but the wire and the part; None where there is no wire."""
-    model = scene.model
-    wire = scene.wire_geom & scene.contact_bits.any(axis=0)
+    model, (wire, part) = scene.model, wire_and_part(scene)
     if not wire.any():
         return None
-    part = np.isin(scene.piece_of_geom, (BodyOwner.SUPPORT, BodyOwner.PART)) & scene.contact_bits.any(axis=0)
     bits = np.stack([np.where(wire, SOLID, 0), np.where(part, SOLID, 0)]).astype(scene.contact_bits.dtype)
     bodies = scene.body_contype.copy()
     bodies[model.geom_bodyid[wire]] |= SOLID

@@ -258,22 +258,21 @@ def _wire_clear(context: Context, ways: Sequence[tuple[_Route, TravelPath]]) -> 
     wire = context.wire
     if wire is None:
         return [True] * len(ways)
-    out, beyond = [False] * len(ways), stick_out_of(context.checker.scene)
-    across = [_of_wire(path, route.across, beyond) for route, path in ways]
-    near = [n for n, (_, kept) in enumerate(across) if not len(kept) > 1 or (kept[:-1] < WIRE_ROOM).any()]
-    seen = [(ways[n][0].q[ways[n][0].across], ways[n][0].deposits_laid) for n in near]
-    lost = set()
+    out, beyond, routes = [False] * len(ways), stick_out_of(context.checker.scene), [route for route, _ in ways]
+    across = {n: _of_wire(path, route.across, beyond) for n, (route, path) in enumerate(ways)}
+    near = [n for n, (_, kept) in across.items() if len(kept) < 2 or (kept[:-1] < WIRE_ROOM).any()]
+    seen = [(routes[n].q[routes[n].across], routes[n].deposits_laid) for n in near]
     for n, found in zip(near, _kept(wire, context, seen, WIRE_ROOM, 0.0), strict=True):
         if found is None:
-            lost.add(n)
+            del across[n]
         else:
             across[n] = found.low, found.kept
-    known, free = [], [n for n in range(len(ways)) if n not in lost]
-    for n in free:
-        route = ways[n][0]
-        low, on_step = np.full(len(route.q), np.inf), np.full(len(route.q), -np.inf)
-        low[route.across], on_step[route.across] = across[n]
-        known.append((route.q, replace(Clearances.none(len(low)), distance=low), on_step, route.deposits_laid))
-    for n, is_free in zip(free, free_travels(wire, context, known, 0.0), strict=True):
+    known = []
+    for n, kept_across in across.items():
+        route = routes[n]
+        low, kept = np.full(len(route.q), np.inf), np.full(len(route.q), -np.inf)
+        low[route.across], kept[route.across] = kept_across
+        known.append((route.q, replace(Clearances.none(len(low)), distance=low), kept, route.deposits_laid))
+    for n, is_free in zip(across, free_travels(wire, context, known, 0.0), strict=True):
         out[n] = is_free
     return out
