@@ -50,6 +50,8 @@ THEIRS = "cell/job/test_toolpaths.py"
 SEVEN = "cell/programs/test_seven_joints.py"
 MUTATED, EXPORT = "cell/programs/test_program_mutations.py", "cell/programs/test_export.py"
 ENDLESS, CIRCLES = "cell/programs/running/test_endless_axes.py", "cell/programs/running/test_circles.py"
+LAID_DEPOSITS = "cell/verification/test_laid_deposits.py"
+LAID_BETWEEN = "cell/collision/proofs/test_laid_between.py"
 NEAR_BEADS = "cell/programs/running/test_speed_near_beads.py"
 FOLLOWED, RUNS = "cell/programs/krl/test_krl_followed_or_refused.py", "cell/programs/running/test_program_run.py"
 INNER, NUMBERS = "cell/programs/krl/test_inner_calls.py", "cell/programs/krl/values/test_krl_values.py"
@@ -250,8 +252,8 @@ MUTANTS = (
     Mutant("cell/verification/collisions.py", "stretches_of(clear.distance < least,", "stretches_of(clear.distance < 0,", (HITS, "cell/verification/test_motion_check.py")),
     Mutant("cell/verification/arm_clearances.py", "steps = [piece.first + seen", "steps = [0 * piece.first + seen", (NEAR,)),
     Mutant("cell/verification/arm_clearances.py", "if a <= run.low < run.high <= b)", "if a <= run.low < run.high < b)", ("cell/verification/test_long_motions.py",)),
-    Mutant("cell/verification/arm_clearances.py", "unproven_steps(checker, radius, q, deposits_laid, clear, least=least)", "unproven_steps(checker, radius, q, deposits_laid, clear)", (NEAR,)),
-    Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, sampled, deposits_laid), ", "", (HITS,)),
+    Mutant("cell/verification/arm_clearances.py", "unproven_steps(checker, radius, q, laid.at, clear, least=least, laid_between", "unproven_steps(checker, radius, q, laid.at, clear, laid_between", (NEAR,)),
+    Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, sampled, laid), ", "", (HITS,)),
     Mutant("cell/verification/drive_use.py", "SPEED_SLACK = 1.001", "SPEED_SLACK = 1.2", ("cell/verification/test_motion_check.py", HITS)),
     Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if False:", ("cell/verification/test_motion_check.py", HITS)),
     Mutant("cell/verification/bead_samples.py", "named_score <= best + 1", "named_score <= best", (OWN,)),
@@ -329,7 +331,7 @@ MUTANTS = (
     Mutant("cell/verification/motion_check.py", "        *_hanging_findings(job, motion),\n", "", (OVERHANG,)),
     Mutant("cell/verification/motion_check.py", "        *skips(fine, on, motion.bead[fine.row]),\n", "", (LIMITS,)),
     Mutant("cell/verification/motion_check.py", "over = np.maximum(lower - q, q - upper)", "over = lower - q", (LIMITS,)),
-    Mutant("cell/verification/motion_check.py", "    hits += table_blend_collisions(job, runs, sampled, deposits_laid)\n", "", ("cell/verdict/test_coordinated.py",)),
+    Mutant("cell/verification/motion_check.py", "    hits += table_blend_collisions(job, runs, sampled, laid)\n", "", ("cell/verdict/test_coordinated.py",)),
     Mutant("cell/verification/motion_check.py", "crossed = side[1:] != side[:-1]", "crossed = side[1:] != side[1:]", ("cell/verification/test_motion_check.py",)),
     Mutant("cell/verification/motion_check.py", "margin[:, j] < least[j] - SLACK", "margin[:, j] < 0.5 * least[j]", (LIMITS,)),
     Mutant("cell/verification/motion_check.py", "return limit * (1 + 1e-9) + 1e-6", "return 1.5 * limit * (1 + 1e-9) + 1e-6", (LIMITS,)),
@@ -344,8 +346,8 @@ MUTANTS = (
     Mutant("cell/verification/bead_order.py", "np.flatnonzero(turn > JUMP)[:1]", "np.flatnonzero(turn > 10)[:1]", ("cell/verification/test_motion_check.py",)),
     Mutant("cell/verification/bead_order.py", "np.nan_to_num(share) > FASTEST_SHARE)", "np.nan_to_num(share) > 3 * FASTEST_SHARE)", (LIMITS,)),
     Mutant("cell/verification/collisions.py", "np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))", "at_row[row]", ("cell/verification/test_motion_check.py",)),
-    Mutant("cell/verification/collisions.py", "return [*found, *table_collisions(job, sampled, deposits_laid)]", "return found", (HITS,)),
-    Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, sampled, deposits_laid), *_wires_in_metal", "*_wires_in_metal", (HITS,)),
+    Mutant("cell/verification/collisions.py", "return [*found, *table_collisions(job, sampled, laid)]", "return found", (HITS,)),
+    Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, sampled, laid), *_wires_in_metal", "*_wires_in_metal", (HITS,)),
     Mutant("cell/verification/collisions.py", ", *_wires_in_metal(job, motion, sampled)]", "]", ("cell/job/test_wire_in_metal.py",)),
     # another slicer's beads given in Python with a case of meshes, and what stands beside them
     Mutant("cell/job/job.py", "return self.laid - 1 if self.sliced else self.deposits_before", "return self.laid - 1", (THEIRS,)),
@@ -358,7 +360,7 @@ MUTANTS = (
     Mutant("cell/job/bead_support.py", "below.at(places, -allowed) & below.at(places, allowed)", "below.at(places, 0.0)", (SUPPORTED,)),
     Mutant("cell/job/overhang_check.py", "for bead in job.overhanging_beads:", "for bead in ():", (SUPPORTED,)),
     Mutant("cell/job/part_input.py", "return replace(found, meshes=(), bodies=(), built=there, warnings=warnings)", "return replace(found, meshes=(), bodies=(), warnings=warnings)", (THEIRS,)),
-    Mutant("cell/verification/collisions.py", "step, nearest = unproven_steps(checker, radius, q, laid, clear, run)", "step, nearest = unproven_steps(checker, radius, q[:1], laid[:1], clear.rows(np.arange(1)), run[:1])", ("cell/verification/test_wire_between_samples.py",)),
+    Mutant("cell/verification/collisions.py", "step, nearest = unproven_steps(checker, radius, q, deposits_laid, clear, run)", "step, nearest = unproven_steps(checker, radius, q[:1], deposits_laid[:1], clear.rows(np.arange(1)), run[:1])", ("cell/verification/test_wire_between_samples.py",)),
     Mutant("cell/table_poses/table_turn.py", "self.table_radius, table, deposits_laid, 0.0)", "self.table_radius, table, deposits_laid, -1.0)", ("cell/table_poses/test_table_turn.py",)),
     Mutant("cell/table_poses/table_turn.py", "self.wire, self.radius, axes, deposits_laid, 0.0)", "self.wire, self.radius, axes, deposits_laid, -1.0)", ("cell/table_poses/test_table_turn.py",)),
     Mutant("cell/table_poses/table_turn.py", "return self._failure(nearest, 0, least) if len(step) else found", "return found", ("cell/table_poses/test_table_turn.py",)),
@@ -544,4 +546,9 @@ MUTANTS = (
     Mutant("cell/collision/stick_out.py", " or not scene.tool_geom[wires].all():", ":", (STICK_OUT,)),
     Mutant("ik/bead_path.py", "return all(np.isin(np.flatnonzero(n), some).all()", "return any(np.isin(np.flatnonzero(n), some).all()", ("ik/test_bead_path.py",)),
     Mutant("ik/bead_path.py", "index = np.flatnonzero(array != others)", "index = np.flatnonzero(array < others)", ("ik/test_bead_path.py",)),
+    Mutant("cell/verification/laid_deposits.py", "np.where(motion.welding, at_row[:-1], np.maximum(at_row[:-1], at_row[1:]))", "at_row[:-1]", (LAID_DEPOSITS,)),
+    Mutant("cell/verification/laid_deposits.py", "np.maximum(np.append(between, between[-1]), np.append(between[0], between))", "np.append(between, between[-1])", (LAID_DEPOSITS,)),
+    Mutant("cell/collision/proofs/between_samples.py", "return np.maximum(deposits_laid[:-1], deposits_laid[1:]) if laid_between", "return np.minimum(deposits_laid[:-1], deposits_laid[1:]) if laid_between", (LAID_BETWEEN,)),
+    Mutant("cell/collision/proofs/between_samples.py", " and self.laid[k] >= self.deposits_laid[at] for", " for", (LAID_BETWEEN,)),
+    Mutant("cell/collision/blend_proofs.py", "alike = left[fewest >= known.laid_on_steps[left]]", "alike = left", (LAID_BETWEEN,)),
 )  # fmt: skip

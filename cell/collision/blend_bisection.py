@@ -110,7 +110,7 @@ def _checked_rectangles(
         enough = NEARLY_ALL if looks < MANY else max(NEARLY_ALL, NEARLY_MANY * least)
         near = (far < np.minimum(checker.reach - least, LIKELY * open_.room)) | (far <= enough)
         some = open_.rows(near)
-        laid = np.maximum(known.deposits_laid[some.step], known.deposits_laid[some.step + 1])
+        laid = known.laid_on_steps[some.step]
         seen = checker.clearances(middle[near], laid)
         looks += len(laid)
         hit = seen.distance < least
@@ -129,7 +129,7 @@ def _checked_rectangles(
         middle, _, _ = sheet.extent(some)
         step.append(some.step)
         zone.append((some.narrow + some.wide) / 2)
-        seen = checker.clearances(middle, np.maximum(*(known.deposits_laid[some.step + i] for i in (0, 1))))
+        seen = checker.clearances(middle, known.laid_on_steps[some.step])
         what.append(replace(seen, distance=np.minimum(seen.distance, checker.reach)))
     return CollidingBlends(np.concatenate(step), np.concatenate(zone), Clearances.joined(what))
 

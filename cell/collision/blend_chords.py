@@ -52,14 +52,14 @@ class BlendedSteps:
         pieces: its parabolas.
         sagitta: how far each step's rounded path is off its chord at most, (m - 1,), m.
         low: clearance at least where the rows come to lie, (m,), m.
-        deposits_laid: deposits laid at each row, (m,).
+        laid: deposits laid on each step, (m - 1,).
     """
 
     path: BlendedPath
     pieces: Parabolas
     sagitta: Floats
     low: Floats
-    deposits_laid: Ints
+    laid: Ints
 
 
 def not_proved_by_chords(
@@ -93,13 +93,13 @@ def _by_chords(
     checker: SeesClearances, radius: Floats, run: BlendedSteps, steps: Ints, least: float, off: float
 ) -> tuple[Ints, Clearances]:
     """As :func:`not_proved_by_chords`, with chords from which no point of the arm is further away than this, m."""
-    path, p, sagitta, low, deposits_laid = run.path, run.pieces, run.sagitta, run.low, run.deposits_laid
+    path, p, sagitta, low = run.path, run.pieces, run.sagitta, run.low
     if not len(steps):
         return steps, Clearances.none(0)
     first = np.searchsorted(p.row, np.arange(len(path.s)))
     s = [_chords(p, int(first[k]), int(first[k + 1]), float(sagitta[k]), off) for k in steps]
     at, of = np.concatenate(s), np.repeat(steps, [len(some) for some in s])
-    q, laid = blended(path.q, path.s, path.zone, at), np.maximum(deposits_laid[of], deposits_laid[of + 1])
+    q, laid = blended(path.q, path.s, path.zone, at), run.laid[of]
     begins = np.diff(of, prepend=-1) != 0
     ends_ = np.append(begins[1:], True)
     thick = _Nearer(checker, off)

@@ -29,6 +29,7 @@ from ..arrays import Ints, repeat_with_index
 from ..timing.blending import kept_zone, mirrored
 from .blended_paths import NOTHING, BlendedPath
 from .clearances import Clearances, SeesClearances
+from .proofs.between_samples import laid_on_steps
 from .proofs.motion_bounds import joint_travel_bound
 
 TOGETHER = 200_000  # corners that are weighed at once
@@ -45,6 +46,8 @@ class KnownRows:
         which: steps that are checked, (m - 1,).
         kept: clearance kept on each of them, at least, (m - 1,), m; -inf where it is not known.
         lost: whether the motion is known not to be free for another reason: then less is looked for.
+        laid_between: deposits laid from each row to the next, (m - 1,), at neither end fewer; None: as many as at the
+            end with more.
     """
 
     deposits_laid: Ints
@@ -53,6 +56,12 @@ class KnownRows:
     which: NDArray[np.bool_]
     kept: Floats
     lost: bool = False
+    laid_between: Ints | None = None
+
+    @property
+    def laid_on_steps(self) -> Ints:
+        """Deposits laid on each step, (m - 1,)."""
+        return laid_on_steps(self.deposits_laid, self.laid_between)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +137,9 @@ def every_blend_kept(
     proved[left] = (most[left] <= NOTHING) | (known.kept[left] - most[left] >= least)
     left = left[~proved[left]]
     low, kept = np.minimum(known.found.distance, checker.reach), known.kept.copy()
-    # a row counts for a step if as much is laid at it
-    alike = left[known.deposits_laid[left] == known.deposits_laid[left + 1]]
+    # a row counts for a step if no less is laid at it
+    fewest = np.minimum(known.deposits_laid[left], known.deposits_laid[left + 1])
+    alike = left[fewest >= known.laid_on_steps[left]]
     proved[alike] = _by_rows_near_corners(radius, path, corners, (off, low - least), alike)
     left, alike = left[~proved[left]], alike[~proved[alike]]
     if not len(left) or not closely:
@@ -210,7 +220,7 @@ def _by_turning_back(
     first = np.searchsorted(path.s, path.s[steps] - path.zone, side="right") - 1
     last = np.searchsorted(path.s, path.s[steps + 1] + path.zone)
     out = np.zeros(len(steps), dtype=bool)
-    laid = np.maximum(known.deposits_laid[:-1], known.deposits_laid[1:])
+    laid = known.laid_on_steps
     enough = np.where(known.which, kept, -np.inf) - known.least
     inside = np.flatnonzero((first >= 0) & (last < len(path.s)))  # beyond its ends there are no rows
     for block in _in_blocks((last - first + 1)[inside]):

@@ -196,7 +196,7 @@ def _whole(curves: _JoinedPaths, asked: Sequence[StepSheets]) -> tuple[_JoinedRe
             off = replace(corners, zone=some * zone).off(curves.radius, ends).reshape(2, -1).max(axis=0)
             share[left[off <= room[left]]] = some
         there.append(share > 0)
-        laid = np.maximum(one.known.deposits_laid[k], one.known.deposits_laid[k + 1])
+        laid = one.known.laid_on_steps[k]
         apart = (np.diff(k) != 1) | (np.diff(share) != 0) | (np.diff(laid) != 0)
         for run in np.split(np.arange(len(k)), np.flatnonzero(apart) + 1):
             if len(run) and share[run[0]] > 0:

@@ -88,6 +88,7 @@ def cut_corners(
     kept: Floats | None = None,
     *,
     lost: bool = False,
+    laid_between: Ints | None = None,
 ) -> tuple[Ints, Clearances]:
     """Steps of a path that come, or may come, too near to something once the corners are rounded.
 
@@ -101,13 +102,16 @@ def cut_corners(
         which: steps that are checked, (m - 1,); all of them where left out.
         kept: clearance kept on each of them, at least, (m - 1,), m; where it is not known, left out or -inf.
         lost: whether the motion is known not to be free already: then not every such step is found.
+        laid_between: deposits laid from each row to the next, (m - 1,), at neither end fewer; where left out, as many
+            as at the end with more.
 
     Returns:
         First rows of these steps, (k,), ascending, and the nearest pair on each.
     """
     steps = len(path.s) - 1
     every = np.ones(steps, dtype=bool) if which is None else which
-    known = KnownRows(deposits_laid, found, least, every, np.full(steps, -np.inf) if kept is None else kept, lost)
+    kept = np.full(steps, -np.inf) if kept is None else kept
+    known = KnownRows(deposits_laid, found, least, every, kept, lost, laid_between)
     return cut_corners_of(checker, radius, [(path, known)])[0]
 
 
@@ -164,12 +168,12 @@ def _cut_where(
     order = np.argsort(both, kind="stable")
     first, nearest = np.asarray(both[order]), Clearances.joined([nearest, less.nearest]).rows(order)
     zone = np.concatenate([np.full(len(step), path.zone), less.zone])[order]
-    _look_closely(checker, path, zone, first, rows.deposits_laid, nearest)
+    _look_closely(checker, path, zone, first, rows.laid_on_steps, nearest)
     return first, nearest
 
 
 def _look_closely(
-    checker: SeesClearances, path: BlendedPath, zone: Floats, steps: Ints, deposits_laid: Ints, nearest: Clearances
+    checker: SeesClearances, path: BlendedPath, zone: Floats, steps: Ints, laid: Ints, nearest: Clearances
 ) -> None:
     """Note what is nearer on steps that are too near, rounded over so much, than what they were found by.
 
@@ -178,13 +182,10 @@ def _look_closely(
     run, s = PathBlends(path.q, path.s - path.s[0]), path.s - path.s[0]
     widest = kept_zone(path.zone, s[-1])
     for n, k in enumerate(steps[:STEPS_AGAIN].tolist()):
-        laid, places = (
-            np.full(PLACES_AGAIN, max(deposits_laid[k], deposits_laid[k + 1])),
-            np.linspace(s[k], s[k + 1], PLACES_AGAIN),
-        )
+        deposits_laid, places = np.full(PLACES_AGAIN, laid[k]), np.linspace(s[k], s[k + 1], PLACES_AGAIN)
         at, over = places, np.full(PLACES_AGAIN, kept_zone(float(zone[n]), s[-1]))
         for _ in range(3):
-            there = checker.clearances(run.at(at, over), laid)
+            there = checker.clearances(run.at(at, over), deposits_laid)
             best = int(np.argmin(there.distance))
             nearest.nearer(np.array([n]), there.rows(np.array([best])))
             if at is places:
@@ -209,7 +210,8 @@ def _cut_on(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: Kn
         low, high = 0, len(path.s) - 1
     mine = slice(low, high + 1)
     found, which = rows.found.rows(np.arange(low, high + 1)), rows.which[low:high]
-    known = KnownRows(rows.deposits_laid[mine], found, rows.least, which, rows.kept[low:high])
+    laid_at, laid = rows.deposits_laid[mine], rows.laid_on_steps[low:high]
+    known = KnownRows(laid_at, found, rows.least, which, rows.kept[low:high], laid_between=laid)
     step, nearest = _cut(checker, radius, BlendedPath(path.q[mine], path.s[mine], path.zone), known)
     return step + low, nearest
 
@@ -238,7 +240,7 @@ def _cut(checker: SeesClearances, radius: Floats, path: BlendedPath, rows: Known
     hit = np.flatnonzero(seen.distance < least)
     k = np.flatnonzero(maybe)
     k = k[low[k] + low[k + 1] - 2 * least <= checker.travel_bound(radius, q[k], q[k + 1]) + 2 * sagitta[k]]
-    run = BlendedSteps(path, p, sagitta, low, deposits_laid)
+    run = BlendedSteps(path, p, sagitta, low, rows.laid_on_steps)
     open_, nearest = not_proved_by_chords(checker, radius, run, _left_by_halving(checker, radius, run, k, least), least)
     both = Clearances.joined([seen.rows(hit), nearest])
     first, index = np.unique(np.concatenate([np.minimum(at[hit], len(path.s) - 2), open_]), return_index=True)
@@ -278,7 +280,7 @@ def _left_by_halving(checker: SeesClearances, radius: Floats, run: BlendedSteps,
             break
         m = (u + v) / 2
         middle = blended(path.q, s, path.zone, m)
-        laid = np.maximum(run.deposits_laid[of], run.deposits_laid[of + 1])
+        laid = run.laid[of]
         dm = np.minimum(checker.clearances(middle, laid).distance, checker.reach) - least
         lost.append(of[dm <= 0])
         of, u, v = np.concatenate([of, of]), np.concatenate([u, m]), np.concatenate([m, v])

@@ -33,7 +33,8 @@ from ..progress import Progress, phase
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
 from ..verification.blended_motion import sampled_runs, table_blend_collisions
-from ..verification.collisions import deposits_laid_at, table_collisions
+from ..verification.collisions import table_collisions
+from ..verification.laid_deposits import LaidDeposits
 from .check import SpanVerdict, check_span, failed, off_upright, result_of
 from .result import Result, TargetVerdict
 
@@ -191,7 +192,7 @@ def _not_proved(row: TargetVerdict) -> TargetVerdict:
 def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list[TargetVerdict]:
     """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
     every = np.arange(len(motion.t_s))
-    way, laid = rows_of(job, motion), deposits_laid_at(job, motion, every)
+    way, laid = rows_of(job, motion), LaidDeposits.of(job, motion, every)
     runs = list(sampled_runs(job, ReadMotion(motion, every + 1, ()), way, way))
     rounded = table_blend_collisions(job, runs, way, laid)
     for met in (*table_collisions(job, way, laid), *rounded):

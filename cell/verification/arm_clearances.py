@@ -1,7 +1,7 @@
 """The arm's clearances on all of a motion: at samples, between them, and where its corners are rounded.
 
-    seen = arm_along_motion(job, sampled, deposits_laid, runs)            # runs: stretches of samples without a stop
-    at, nearest = nearest_along_motion(job, sampled, deposits_laid, seen.clear, runs)
+    seen = arm_along_motion(job, sampled, laid, runs)            # runs: stretches of samples without a stop
+    at, nearest = nearest_along_motion(job, sampled, laid, seen.clear, runs)
 
 A long motion is cut into pieces where it stops, by its samples alone, and the pieces are checked side by side where
 there are workers: what is found does not depend on how many there are. Radians and metres.
@@ -29,6 +29,7 @@ from ..processes.worker import Tick
 from ..processes.worker_pool import pool
 from ..units import METRES_PER_MM
 from .bead_samples import SampledMotion
+from .laid_deposits import LaidDeposits
 
 LEAST_PIECE = 10_000  # samples that a piece has at least; of fewer than twice as many there is one
 
@@ -85,23 +86,23 @@ class _MotionPiece:
 
     first: int
     q: Floats
-    deposits_laid: Ints
+    laid: LaidDeposits
     runs: tuple[SampledRun, ...]
 
 
-def arm_along_motion(job: Job, sampled: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> ArmSeen:
+def arm_along_motion(job: Job, sampled: SampledMotion, laid: LaidDeposits, runs: Sequence[SampledRun]) -> ArmSeen:
     """Check the arm on all of a motion.
 
     Args:
         job: the job.
         sampled: samples of all of it.
-        deposits_laid: deposits there are at each, (m,).
+        laid: the deposits there are.
         runs: stretches without a stop, in order.
 
     Returns:
         What was seen.
     """
-    pieces = _pieces(sampled, deposits_laid, runs)
+    pieces = _pieces(sampled, laid, runs)
     found = pool().run(_checked_piece, _light(job), pieces)
     # the last sample of a piece is the first of the next one
     parts = [seen.clear.rows(np.arange(len(seen.clear) - 1)) for seen in found[:-1]]
@@ -114,18 +115,18 @@ def arm_along_motion(job: Job, sampled: SampledMotion, deposits_laid: Ints, runs
 
 
 def nearest_along_motion(
-    job: Job, sampled: SampledMotion, deposits_laid: Ints, clear: Clearances, runs: Sequence[SampledRun]
+    job: Job, sampled: SampledMotion, laid: LaidDeposits, clear: Clearances, runs: Sequence[SampledRun]
 ) -> tuple[int, Clearances]:
     """How near a motion comes to anything, as of ``cell.collision.proofs.between_samples.least_between_samples``.
 
     Args:
         job: the job.
         sampled: samples of all of it.
-        deposits_laid: deposits there are at each, (m,).
+        laid: the deposits there are.
         clear: clearances at the samples.
         runs: stretches without a stop, in order.
     """
-    pieces = _pieces(sampled, deposits_laid, runs)
+    pieces = _pieces(sampled, laid, runs)
     known = float(clear.distance.min()) if len(pieces) > 1 else np.inf
     items = [(piece, clear.rows(piece.first + np.arange(len(piece.q))), known) for piece in pieces]
     found = pool().run(_nearest, _light(job), items)
@@ -138,7 +139,7 @@ def _light(job: Job) -> Job:
     return replace(job, sliced=(), beads=())
 
 
-def _pieces(sampled: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
+def _pieces(sampled: SampledMotion, laid: LaidDeposits, runs: Sequence[SampledRun]) -> list[_MotionPiece]:
     """A motion cut where runs end, once there are samples enough on both sides."""
     last = len(sampled.q) - 1
     cuts = [0]
@@ -148,7 +149,7 @@ def _pieces(sampled: SampledMotion, deposits_laid: Ints, runs: Sequence[SampledR
     pieces = []
     for a, b in zip(cuts, [*cuts[1:], last], strict=True):
         mine = tuple(replace(run, low=run.low - a, high=run.high - a) for run in runs if a <= run.low < run.high <= b)
-        pieces.append(_MotionPiece(a, sampled.q[a : b + 1], deposits_laid[a : b + 1], mine))
+        pieces.append(_MotionPiece(a, sampled.q[a : b + 1], laid.part(a, b), mine))
     return pieces
 
 
@@ -160,16 +161,18 @@ def _checker(job: Job, q: Floats) -> Checker:
 
 
 def _checked_piece(job: Job, piece: _MotionPiece, tick: Tick) -> ArmSeen:
-    q, deposits_laid, least = piece.q, piece.deposits_laid, job.case.checks.clearance_mm * METRES_PER_MM
+    q, laid, least = piece.q, piece.laid, job.case.checks.clearance_mm * METRES_PER_MM
     checker, radius = _checker(job, q), all_radii(job.scene)
-    clear = checker.clearances(q, deposits_laid)
-    unproven = unproven_steps(checker, radius, q, deposits_laid, clear, least=least)
+    clear = checker.clearances(q, laid.at)
+    unproven = unproven_steps(checker, radius, q, laid.at, clear, least=least, laid_between=laid.between)
     checker = _checker(job, q)
     rounded: list[Steps] = []
     lost = bool(len(unproven[0]) or (clear.distance < least).any())
     for run in piece.runs:
         seen = clear.rows(np.arange(run.low, run.high + 1))
-        rounded.append(cut_corners(checker, radius, run.path(q), deposits_laid[run.samples], seen, least, lost=lost))
+        mine = laid.part(run.low, run.high)
+        found = cut_corners(checker, radius, run.path(q), mine.at, seen, least, lost=lost, laid_between=mine.between)
+        rounded.append(found)
         lost |= bool(len(rounded[-1][0]))
     tick()
     return ArmSeen(clear, unproven, tuple(rounded))
@@ -177,8 +180,7 @@ def _checked_piece(job: Job, piece: _MotionPiece, tick: Tick) -> ArmSeen:
 
 def _nearest(job: Job, item: tuple[_MotionPiece, Clearances, float], tick: Tick) -> tuple[int, Clearances]:
     piece, clear, known = item
-    found = least_between_samples(
-        _checker(job, piece.q), all_radii(job.scene), piece.q, piece.deposits_laid, clear, known=known
-    )
+    checker, radius, laid = _checker(job, piece.q), all_radii(job.scene), piece.laid
+    found = least_between_samples(checker, radius, piece.q, laid.at, clear, known=known, laid_between=laid.between)
     tick()
     return found

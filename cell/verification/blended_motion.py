@@ -3,7 +3,7 @@
     q = blended_rows(job, read, rows).q                       # all axes where the rows come to lie
     runs = list(sampled_runs(job, read, rows, sampled))           # sampled: samples, rows among them
     found = blend_collisions(job, runs, seen)                 # seen: from cell.verification.arm_clearances
-    found = table_blend_collisions(job, runs, sampled, deposits_laid)
+    found = table_blend_collisions(job, runs, sampled, laid)     # laid: from cell.verification.laid_deposits
 
 Corners are rounded while welding and on the way, each by its own measure; not where the arc goes on or off, nor where
 all axes stand. A motion that says itself where it is rounded, as a program does, is rounded there. Radians and metres.
@@ -34,6 +34,7 @@ from .arm_clearances import ArmSeen, SampledRun
 from .bead_order import Finding
 from .bead_samples import SampledMotion
 from .collisions import hit, stretches_of
+from .laid_deposits import LaidDeposits
 
 
 def _runs(job: Job, read: ReadMotion, rows: SampledMotion) -> Iterator[tuple[int, int, Floats, float]]:
@@ -108,7 +109,7 @@ def blend_collisions(job: Job, runs: Sequence[SampledRun], seen: ArmSeen) -> lis
 
 
 def table_blend_collisions(
-    job: Job, runs: Sequence[SampledRun], sampled: SampledMotion, deposits_laid: Ints
+    job: Job, runs: Sequence[SampledRun], sampled: SampledMotion, laid: LaidDeposits
 ) -> list[Finding]:
     """Where the table, or what stands on it, meets something for the rounding of its corners alone.
 
@@ -116,7 +117,7 @@ def table_blend_collisions(
         job: the job.
         runs: from :func:`sampled_runs`.
         sampled: samples of all of it.
-        deposits_laid: deposits there are at the samples.
+        laid: the deposits there are.
 
     Returns:
         What was found; as in ``cell.verification.collisions.table_collisions`` nothing but penetration is wrong.
@@ -130,8 +131,9 @@ def table_blend_collisions(
     for run in runs:
         if not np.diff(tables[run.samples], axis=0).any():
             continue
-        seen = checker.clearances(tables[run.samples], deposits_laid[run.samples])
-        step, nearest = cut_corners(checker, radius, run.path(tables), deposits_laid[run.samples], seen, 0.0)
+        path, mine = run.path(tables), laid.part(run.low, run.high)
+        seen = checker.clearances(tables[run.samples], mine.at)
+        step, nearest = cut_corners(checker, radius, path, mine.at, seen, 0.0, laid_between=mine.between)
         found += _findings(scene, run, seen, step, nearest, 0.0)
     return found
 

@@ -1,7 +1,6 @@
 """Collisions of a motion from outside: of the arm, its wire and the table, with the part growing as the rows say.
 
-    deposits_laid = deposits_laid_at(job, motion, sampled.row)    # at every sample
-    findings = collisions(job, motion, sampled, deposits_laid, seen)  # seen: from arm_clearances
+    findings = collisions(job, motion, sampled, laid, seen)       # laid: from laid_deposits; seen: from arm_clearances
 
 What lies between samples is proved free as in ``between_samples``, with E1 and E2 as axes like any
 other. Radians, metres.
@@ -32,6 +31,7 @@ from ..units import METRES_PER_MM
 from .arm_clearances import ArmSeen
 from .bead_order import Finding
 from .bead_samples import SampledMotion
+from .laid_deposits import LaidDeposits
 
 PUSHED = 0.5e-3  # m along the wire beyond a bead's end: from there on it is pushed into what lies below
 BESIDE = 5e-3  # m beside the line on which a wire comes off a bead: from there on it may touch nothing of the part
@@ -56,43 +56,22 @@ def stretches_of(bad: NDArray[np.bool_], row: Ints, measure: Floats) -> list[tup
     return [(int(row[g[0]]), int(row[g[-1]]), int(g[np.argmax(measure[g])])) for g in groups]
 
 
-def deposits_laid_at(job: Job, motion: Motion, row: Ints) -> Ints:
-    """Deposits there are at samples: what the rows say has been laid by then.
-
-    Args:
-        job: the job.
-        motion: the motion.
-        row: that each sample follows, (m,).
-
-    Returns:
-        (m,).
-    """
-    if not len(job.targets):
-        return np.zeros(len(row), dtype=np.int64)
-    welding = motion.arc == 1
-    done = np.maximum.accumulate(np.where(welding, job.laid[motion.target], 0))
-    at_row = np.where(welding, job.deposits_before[motion.target], done)
-    after = np.minimum(row + 1, len(at_row) - 1)
-    inside = motion.welding[np.minimum(row, len(motion.welding) - 1)]
-    return np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))
-
-
-def collisions(job: Job, motion: Motion, sampled: SampledMotion, deposits_laid: Ints, seen: ArmSeen) -> list[Finding]:
+def collisions(job: Job, motion: Motion, sampled: SampledMotion, laid: LaidDeposits, seen: ArmSeen) -> list[Finding]:
     """What a motion collides with.
 
     Args:
         job: the job.
         motion: the motion.
         sampled: samples of all of it.
-        deposits_laid: from :func:`deposits_laid_at`, (m,).
+        laid: the deposits there are.
         seen: what was seen of the arm.
 
     Returns:
         What was found.
     """
     found = _arm_collisions(job, sampled, seen)
-    found += [*_wire_collisions(job, motion, sampled, deposits_laid), *_wires_in_metal(job, motion, sampled)]
-    return [*found, *table_collisions(job, sampled, deposits_laid)]
+    found += [*_wire_collisions(job, motion, sampled, laid), *_wires_in_metal(job, motion, sampled)]
+    return [*found, *table_collisions(job, sampled, laid)]
 
 
 def _arm_collisions(job: Job, sampled: SampledMotion, seen: ArmSeen) -> list[Finding]:
@@ -111,22 +90,22 @@ def _arm_collisions(job: Job, sampled: SampledMotion, seen: ArmSeen) -> list[Fin
     return found
 
 
-def _wire_collisions(job: Job, motion: Motion, sampled: SampledMotion, deposits_laid: Ints) -> list[Finding]:
+def _wire_collisions(job: Job, motion: Motion, sampled: SampledMotion, laid: LaidDeposits) -> list[Finding]:
     """A wire that is drawn through the part with the arc off; not where it comes off a bead or onto it."""
     scene = wire_scene(job.scene)
     index = np.flatnonzero(_across(job, motion, sampled))
     if scene is None or not len(index):
         return []
-    q, laid, row = sampled.q[index], deposits_laid[index], sampled.row[index]
+    q, deposits_laid, row = sampled.q[index], laid.at[index], sampled.row[index]
     checker = Checker(with_table_axes(scene), (float(q[0, -2]), float(q[0, -1])), WIRE_REACH, pair_gap=NEVER)
-    clear = checker.clearances(q, laid)
+    clear = checker.clearances(q, deposits_laid)
     found = [
         Finding(hit(scene, clear, k, 0.0), a, b)
         for a, b, k in stretches_of(clear.distance <= 0.0, row, -clear.distance)
     ]
     radius = all_radii(job.scene)
     run = np.cumsum(np.diff(index, prepend=-2) != 1)
-    step, nearest = unproven_steps(checker, radius, q, laid, clear, run)
+    step, nearest = unproven_steps(checker, radius, q, deposits_laid, clear, run)
     for n, at in enumerate(step.tolist()):
         if clear.distance[at] > 0.0 and clear.distance[at + 1] > 0.0:
             between = hit(scene, nearest, n, 0.0, CollisionPlace.BETWEEN_ROWS)
@@ -180,13 +159,13 @@ def _across(job: Job, motion: Motion, sampled: SampledMotion) -> NDArray[np.bool
     return out
 
 
-def table_collisions(job: Job, sampled: SampledMotion, deposits_laid: Ints) -> list[Finding]:
+def table_collisions(job: Job, sampled: SampledMotion, laid: LaidDeposits) -> list[Finding]:
     """What stands on the table against the cell around it and against the positioner.
 
     Args:
         job: the job.
         sampled: samples.
-        deposits_laid: from :func:`deposits_laid_at`, (m,).
+        laid: the deposits there are.
 
     Returns:
         What was found; nothing is checked twice at one pose of the table.
@@ -194,12 +173,12 @@ def table_collisions(job: Job, sampled: SampledMotion, deposits_laid: Ints) -> l
     scene = job.scene
     checker = TableChecker(scene, CLEARANCE_REACH)
     tables = sampled.q[:, scene.chain.n :]
-    clear = checker.clearances(tables, deposits_laid)
+    clear = checker.clearances(tables, laid.at)
     found = [
         Finding(hit(scene, clear, k, 0.0), a, b)
         for a, b, k in stretches_of(clear.distance < 0.0, sampled.row, -clear.distance)
     ]
-    step, nearest = unproven_steps(checker, table_radii(scene), tables, deposits_laid, clear)
+    step, nearest = unproven_steps(checker, table_radii(scene), tables, laid.at, clear, laid_between=laid.between)
     # where nothing moves nothing has to be proved
     moves = (np.diff(tables, axis=0) != 0).any(axis=1)
     for n, at in enumerate(step.tolist()):

@@ -31,8 +31,9 @@ from .arm_clearances import arm_along_motion, nearest_along_motion
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, SampledMotion, against_beads, dense, rows_of
 from .blended_motion import blend_collisions, sampled_runs, table_blend_collisions
-from .collisions import collisions, deposits_laid_at, stretches_of
+from .collisions import collisions, stretches_of
 from .drive_use import acceleration_use, degrees, drive_findings, speed_use
+from .laid_deposits import LaidDeposits
 
 SLACK = 1e-7  # rad: angles come from files with six decimals
 ROLL_SLACK = np.deg2rad(0.05)
@@ -317,13 +318,13 @@ def _in_the_way(
     job: Job, read: ReadMotion, rows: SampledMotion, sampled: SampledMotion
 ) -> tuple[list[Finding], tuple[float, int, tuple[str, ...]] | None]:
     """What a motion collides with, and the nearest the arm comes to anything, with the row and the pair."""
-    deposits_laid = deposits_laid_at(job, read.motion, sampled.row)
+    laid = LaidDeposits.of(job, read.motion, sampled.row)
     runs = list(sampled_runs(job, read, rows, sampled))
-    seen = arm_along_motion(job, sampled, deposits_laid, runs)
-    hits = collisions(job, read.motion, sampled, deposits_laid, seen)
+    seen = arm_along_motion(job, sampled, laid, runs)
+    hits = collisions(job, read.motion, sampled, laid, seen)
     hits += blend_collisions(job, runs, seen)
-    hits += table_blend_collisions(job, runs, sampled, deposits_laid)
-    return hits, _nearest(job, read, sampled, nearest_along_motion(job, sampled, deposits_laid, seen.clear, runs))
+    hits += table_blend_collisions(job, runs, sampled, laid)
+    return hits, _nearest(job, read, sampled, nearest_along_motion(job, sampled, laid, seen.clear, runs))
 
 
 def _nearest(

@@ -44,6 +44,7 @@ def unproven_steps(
     apart: Ints | None = None,
     *,
     least: float = 0.0,
+    laid_between: Ints | None = None,
 ) -> tuple[Ints, Clearances]:
     """Steps of a motion on which a clearance is not proved to be kept.
 
@@ -55,6 +56,8 @@ def unproven_steps(
         found: clearances at the samples.
         apart: motion that each sample belongs to, (m,); steps from one motion to the next are left out.
         least: clearance to be kept, m; 0: nothing is touched.
+        laid_between: deposits laid from each sample to the next, (m - 1,), at neither end fewer; where left out, as
+            many as at the end with more.
 
     Returns:
         First samples of the open steps, (k,), ascending, and the nearest pair seen on each of them. Of a motion that
@@ -63,7 +66,7 @@ def unproven_steps(
     step = steps_between(q, apart)
     motion = np.zeros(len(q), dtype=np.int64) if apart is None else apart
     known = np.minimum(found.distance, checker.reach)
-    laid = np.maximum(deposits_laid[step], deposits_laid[step + 1])
+    laid = laid_on_steps(deposits_laid, laid_between)[step]
     steps = OpenSteps(np.arange(len(step)), q[step], q[step + 1], known[step], known[step + 1], laid)
     left, hit, seen = halved(checker, radius, steps, motion[step], least)
     # what is left after the last halving is described by what is nearest at its beginning
@@ -118,6 +121,7 @@ def least_between_samples(
     known: float = np.inf,
     kept: Floats | None = None,
     many: int = MANY_STEPS,
+    laid_between: Ints | None = None,
 ) -> tuple[int, Clearances]:
     """How near a motion comes to anything, between its samples too.
 
@@ -131,28 +135,29 @@ def least_between_samples(
         known: a distance that is come to elsewhere, m: what is no nearer than that is not looked for.
         kept: nothing is nearer from each sample to the next, (m,), m, where that is known already.
         many: steps, from which to have proofs by planes prepared costs less than they save.
+        laid_between: as of :func:`unproven_steps`.
 
     Returns:
         The sample at which it is or after which it comes, and the one nearest pair; a distance that is too large by
         ``NEAREST`` or ``NEAREST_SHARE`` of it at most, whichever is more. None where nothing is within the reach.
     """
     step = steps_between(q, apart)
-    laid = np.maximum(deposits_laid[step], deposits_laid[step + 1])
-    nearest = _Nearest.of(checker, q, deposits_laid, found, step, known)
+    way = _Way(q, deposits_laid, laid_on_steps(deposits_laid, laid_between), step)
+    laid, nearest = way.laid[step], _Nearest.of(checker, way, found, known)
     low = np.minimum(found.distance, checker.reach)
     on_step = kept_on_steps(low, q, radius) if kept is None else kept
     k = np.flatnonzero(on_step[step] <= nearest.limit)
     proofs = proofs_of(checker) if len(k) > many else None
     if proofs is not None:
         proved = proofs.along(q, step[k], laid[k], nearest.limit, nearest.allowed / BENT)
-        nearest.sees(proved.seen, q, deposits_laid, step)
+        nearest.sees(proved.seen, way)
         k = k[proved.kept <= nearest.limit]
     if kept is not None and len(k):
         rows = np.unique(np.concatenate([step[k], step[k] + 1]))
         seen = Clearances.none(len(q))
         seen.put(rows, checker.clearances(q[rows], deposits_laid[rows]))
         low = np.minimum(seen.distance, checker.reach)
-        nearest.sees(seen, q, deposits_laid, step)
+        nearest.sees(seen, way)
     steps = OpenSteps(step[k], q[step[k]], q[step[k] + 1], low[step[k]], low[step[k] + 1], laid[k])
     _halve(checker, radius, steps.rows(_open(checker, radius, steps.a, steps.b, steps.beyond(nearest.limit))), nearest)
     best = nearest.best
@@ -165,6 +170,22 @@ def kept_on_steps(low: Floats, q: Floats, radius: Floats) -> Floats:
     """Least clearance on the step after each sample, from the clearances at samples, (m,), m; -inf after the last."""
     way = joint_travel_bound(radius, q[:-1], q[1:])
     return np.append((low[:-1] + low[1:] - way) / 2, -np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """Samples, (m, n), rad; deposits laid at each and on each step, (m,) and (m - 1,); and the steps that count."""
+
+    q: Floats
+    deposits_laid: Ints
+    laid: Ints
+    step: Ints
+
+    def about(self, at: int) -> tuple[Floats, Floats, Floats]:
+        """A sample between its neighbours; itself in place of one that a step leads to on which there is less."""
+        before, after = (k in self.step and self.laid[k] >= self.deposits_laid[at] for k in (at - 1, at))
+        here = self.q[at]
+        return self.q[at - 1] if before else here, here, self.q[at + 1] if after else here
 
 
 @dataclass
@@ -186,20 +207,19 @@ class _Nearest:
     most: float
 
     @classmethod
-    def of(
-        cls, checker: SeesClearances, q: Floats, deposits_laid: Ints, found: Clearances, step: Ints, known: float
-    ) -> _Nearest:
+    def of(cls, checker: SeesClearances, way: _Way, found: Clearances, known: float) -> _Nearest:
         """Of the samples."""
-        out = cls(Clearances.none(1), 0, int(deposits_laid[0]), (q[0], q[0], q[0]), min(known, checker.reach))
-        out.sees(found, q, deposits_laid, step)
+        most = min(known, checker.reach)
+        out = cls(Clearances.none(1), 0, int(way.deposits_laid[0]), (way.q[0], way.q[0], way.q[0]), most)
+        out.sees(found, way)
         return out
 
-    def sees(self, found: Clearances, q: Floats, deposits_laid: Ints, step: Ints) -> None:
+    def sees(self, found: Clearances, way: _Way) -> None:
         """Take note of what was seen at samples."""
         at = int(np.argmin(found.distance))
         if found.distance[at] < self.best.distance[0]:
-            self.best, self.at, self.there = found.rows(np.array([at])), at, int(deposits_laid[at])
-            self.about = (q[at - 1] if at - 1 in step else q[at], q[at], q[at + 1] if at in step else q[at])
+            self.best, self.at, self.there = found.rows(np.array([at])), at, int(way.deposits_laid[at])
+            self.about = way.about(at)
 
     @property
     def limit(self) -> float:
@@ -243,6 +263,19 @@ def _closest(checker: SeesClearances, about: tuple[Floats, Floats, Floats], laid
         low, middle, high = (low, tried[0], middle) if k == 0 else (middle, tried[1], high)
         best = seen.rows(np.array([k]))
     return best
+
+
+def laid_on_steps(deposits_laid: Ints, laid_between: Ints | None = None) -> Ints:
+    """Deposits laid on the steps between samples.
+
+    Args:
+        deposits_laid: at each sample, (m,).
+        laid_between: on each step, (m - 1,), where that is known.
+
+    Returns:
+        (m - 1,); where it is not known, as many as at the end with more.
+    """
+    return np.maximum(deposits_laid[:-1], deposits_laid[1:]) if laid_between is None else laid_between
 
 
 def steps_between(q: Floats, apart: Ints | None) -> Ints:

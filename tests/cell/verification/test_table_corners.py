@@ -16,6 +16,7 @@ from cell.timing.blending import blended
 from cell.verification.bead_samples import SampledMotion
 from cell.verification.blended_motion import sampled_runs, table_blend_collisions
 from cell.verification.collisions import table_collisions
+from cell.verification.laid_deposits import LaidDeposits
 
 TIP_MM = (300.0, 0.0, 300.0)  # of a rod that stands beside the faceplate and turns with it
 SUPPORT_MM = 100.0
@@ -58,10 +59,10 @@ def met(job: Job, zone: float) -> list[Any]:
     tables, s = rows()
     q = np.concatenate([np.zeros((len(tables), job.scene.chain.n)), tables], axis=1)
     way = SampledMotion(np.arange(len(q)), q, np.tile(np.eye(4), (len(q), 1, 1)), np.tile(np.eye(4), (len(q), 1, 1)))
-    deposits_laid = np.zeros(len(q), dtype=np.int64)
-    assert table_collisions(job, way, deposits_laid) == []
+    laid = LaidDeposits(np.zeros(len(q), dtype=np.int64), np.zeros(len(q) - 1, dtype=np.int64))
+    assert table_collisions(job, way, laid) == []
     read = SimpleNamespace(motion=None, row=np.arange(len(q)) + 1, blended=(BlendedRows(0, len(q) - 1, s, zone),))
-    return table_blend_collisions(job, list(sampled_runs(job, read, way, way)), way, deposits_laid)
+    return table_blend_collisions(job, list(sampled_runs(job, read, way, way)), way, laid)
 
 
 def test_what_a_rounded_corner_of_the_table_meets_is_found(job: Job) -> None:
