@@ -345,7 +345,6 @@ MUTANTS = (
     Mutant("cell/verification/bead_order.py", "waits += [(rows[len(start) - 1 :]", "[(rows[len(start) - 1 :]", (HITS,)),
     Mutant("cell/verification/bead_order.py", "np.flatnonzero(turn > JUMP)[:1]", "np.flatnonzero(turn > 10)[:1]", ("cell/verification/test_motion_check.py",)),
     Mutant("cell/verification/bead_order.py", "np.nan_to_num(share) > FASTEST_SHARE)", "np.nan_to_num(share) > 3 * FASTEST_SHARE)", (LIMITS,)),
-    Mutant("cell/verification/collisions.py", "np.where(inside, at_row[row], np.maximum(at_row[row], at_row[after]))", "at_row[row]", ("cell/verification/test_motion_check.py",)),
     Mutant("cell/verification/collisions.py", "return [*found, *table_collisions(job, sampled, laid)]", "return found", (HITS,)),
     Mutant("cell/verification/collisions.py", "*_wire_collisions(job, motion, sampled, laid), *_wires_in_metal", "*_wires_in_metal", (HITS,)),
     Mutant("cell/verification/collisions.py", ", *_wires_in_metal(job, motion, sampled)]", "]", ("cell/job/test_wire_in_metal.py",)),
