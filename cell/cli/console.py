@@ -18,13 +18,16 @@ from .verbosity import is_quiet
 if TYPE_CHECKING:
     from rich.console import Console
 
+PIPE_WIDTH = (
+    100_000  # characters: in a pipe a message is one line, however long; columns are as wide as they have to be
+)
+
 
 def console(stream: IO[str]) -> Console:
     """A console that prints names as they are."""
     from rich.console import Console
 
-    # in a pipe lines keep their length: the program that reads them breaks them
-    width = None if stream.isatty() else 200
+    width = None if stream.isatty() else PIPE_WIDTH
     # names are printed as they are: brackets are no markup, colons no emoji
     return Console(file=stream, highlight=False, markup=False, emoji=False, width=width, soft_wrap=not stream.isatty())
 

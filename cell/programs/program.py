@@ -147,6 +147,9 @@ class Moves:
         blend: distance from the end at which the corner may be rounded, (m,), m; 0 stops exactly.
         blend_share: of a Cartesian move: of the speed at which the corner may be rounded (C_VEL); of a move of axes:
             of the way of the leading axis (C_PTP); (m,), 0 to 1; 0 where it may not.
+        axes_corner: $APO.CPTP as it holds where the move stands, (m,), 0 to 1; NaN where it is not known. The corner
+            before a move of axes may reach into it over that share of half its way.
+        line_corner: $APO.CDIS likewise, (m,), m. A corner of C_PTP alone may reach so far into a line.
         file: index into the program's files, (m,); -1 where the program is not read from text.
         line: from 1, (m,); 0 where it is not read from text.
     """
@@ -169,6 +172,8 @@ class Moves:
     external_share: Floats
     blend: Floats
     blend_share: Floats
+    axes_corner: Floats
+    line_corner: Floats
     file: Ints
     line: Ints
 
@@ -188,7 +193,7 @@ class Moves:
         columns: dict[str, Any] = {name: np.full((n, width), np.nan) for name, width in shapes.items()}
         columns |= {name: none.copy() for name in ("status", "turn", "tool", "base", "file")}
         columns |= {name: nan.copy() for name in ("arc_angle", "speed", "turn_speed", "acceleration", "axis_share")}
-        columns |= {name: nan.copy() for name in ("axis_acceleration", "external_share")}
+        columns |= {name: nan.copy() for name in ("axis_acceleration", "external_share", "axes_corner", "line_corner")}
         columns |= {name: np.zeros(n) for name in ("blend", "blend_share")}
         kind = np.full(n, int(MoveKind.LINEAR), dtype=np.int64)
         return cls(kind=kind, line=np.zeros(n, dtype=np.int64), **columns)

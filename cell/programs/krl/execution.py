@@ -288,7 +288,7 @@ class Execution:
 
     def _do_call(self, statement: Statement) -> None:
         call: FunctionCall = statement.value[0]
-        if call.name == "BAS":
+        if call.name == "BAS" and "BAS" not in self.calls[-1].file.parts:
             self.data.bas(call.arguments)
         elif call.name not in NO_SUBPROGRAM or self.calls_known(call.name):
             self.call(call.name, call.arguments, known=statement.value[1])

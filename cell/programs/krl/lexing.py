@@ -27,7 +27,7 @@ _TOKEN = re.compile(
     | (?P<bits>'[BbHh]?[0-9A-Fa-f]+')
     | (?P<op>==|<>|<=|>=|[-+*/()\[\]{},.:<>=])
     )""",
-    re.VERBOSE,
+    re.VERBOSE | re.ASCII,
 )
 
 

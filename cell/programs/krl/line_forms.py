@@ -61,8 +61,8 @@ EVALUATED = frozenset(("INTERRUPT", "PULSE", "ANOUT", "ANIN", "DIGIN", "CONST_VE
 HARMLESS_LINES = "statements that the case calls harmless"
 _STOPS = re.compile(r"\bDO\s+IR_STOPM\s*\(", re.IGNORECASE)  # the interrupt of the standard INI
 FOREIGN_INTERRUPTS = "interrupts whose sub-programs are not run"
-_MOVE = re.compile(r"(LIN|PTP|SLIN|SPTP|SPL)\s*\{([^{}\[\]\"';]*)\}\s*((?:C_[A-Z]+\s*){0,2})", re.IGNORECASE)
-_REAL = re.compile(r"[-+]?(?:\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:[eE][-+]?\d{1,3})?")
+_MOVE = re.compile(r"(LIN|PTP|SLIN|SPTP|SPL)\s*\{([^{}\[\]\"';]*)\}\s*((?:C_[A-Z]+\s*){0,2})", re.IGNORECASE | re.ASCII)
+_REAL = re.compile(r"[-+]?(?:\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _KINDS = ("FRAME", "POS", "E6POS", "AXIS", "E6AXIS")
 
 

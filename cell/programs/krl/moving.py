@@ -131,6 +131,12 @@ def _need_frames(state: ControllerState, scope: Scope) -> None:
         raise refuse(scope.where, "the motion has no tool: no $TOOL holds (BAS (#INITMOV,..) takes it away)")
     if state.base is None:
         raise refuse(scope.where, "the motion has no base: no $BASE holds (BAS (#INITMOV,..) takes it away)")
+    if state.base.coupled and state.external_active is False:
+        raise refuse(
+            scope.where,
+            "the base is on the table (EK), and $ACT_EX_AX is 0, which makes no external axes active: whether the base "
+            "moves with the table then is not known",
+        )
     machine, table = state.base.machine, state.controller.machine
     if state.base.coupled and machine is not None and machine != table:
         raise refuse(
@@ -193,10 +199,8 @@ def _doubt(state: ControllerState, end: dict[str, float]) -> None:
         if name not in end and not math.isnan(state.external[axis]):
             state.doubt(f"{name} is left out of the point: it stays where it is")
     to_pose = any(name in end for name in CARTESIAN)
-    if to_pose and state.base is not None and state.base.coupled and not state.external_active:
-        state.doubt(
-            "the base is coupled by EK, and $ACT_EX_AX is not set above 0: the controller may ignore the table's axes"
-        )
+    if to_pose and state.base is not None and state.base.coupled and state.external_active is None:
+        state.doubt("the base is coupled by EK, and $ACT_EX_AX is not set: the controller may ignore the table's axes")
 
 
 def _external(state: ControllerState, end: dict[str, float], word: str, scope: Scope) -> list[float]:

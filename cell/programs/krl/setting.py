@@ -30,6 +30,7 @@ MODES = {  # how moves are interpolated, with what is known here
     "$ORI_TYPE": "#VAR",
     "$CIRC_TYPE": "#BASE",
 }
+MOST_KINEMATICS = 6  # external ones
 LARGEST_SPEED = 3.0  # m/s; no more is known to be taken, and mm/s for m/s is a slip
 
 
@@ -64,7 +65,7 @@ def assign(state: ControllerState, path: tuple[str, str], indices: tuple[int, ..
         _speed(state.speeds, path, indices, value, scope)
     elif name in HARMLESS:
         if name == "$ACT_EX_AX":
-            state.external_active = isinstance(value, int | float) and value > 0
+            state.external_active = _active_kinematic(value, scope)
         if name == "$ASYNC_AXIS" and integer(value, scope) & 0b11:
             raise refuse(scope.where, "$ASYNC_AXIS makes E1 or E2 asynchronous: only synchronous axes are supported")
         if name in OUTPUTS and name != "$OUT_C":  # which is set by the main run, at the corner itself
@@ -74,6 +75,14 @@ def assign(state: ControllerState, path: tuple[str, str], indices: tuple[int, ..
             scope.where,
             f"{quoted(name)} is not known; if it moves nothing, controller.read.harmless of the case may say so",
         )
+
+
+def _active_kinematic(value: Any, scope: Scope) -> bool:
+    """Whether $ACT_EX_AX makes the table's axes count."""
+    number_given = integer(value, scope)
+    if not 0 <= number_given <= MOST_KINEMATICS:
+        raise refuse(scope.where, f"$ACT_EX_AX is 0 to {MOST_KINEMATICS}, not {number_given}")
+    return number_given > 0
 
 
 def check_modes(state: ControllerState, asked: tuple[str, ...], scope: Scope) -> None:

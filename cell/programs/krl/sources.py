@@ -151,4 +151,11 @@ class Sources:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
             text = raw.decode("cp1252", "replace")  # what older controllers write comments in
-        return text.replace("\r\n", "\n").replace("\r", "\n")
+        text = text.replace("\r\n", "\n")
+        if "\r" in text and "\n" in text:
+            line = text.count("\n", 0, text.index("\r")) + 1
+            raise InputError(
+                f"{shown}:{line}: has a CR without LF, in a file whose lines end in LF: "
+                "whether the line ends there is not known"
+            )
+        return text.replace("\r", "\n")

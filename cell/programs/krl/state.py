@@ -27,7 +27,7 @@ NAN = float("nan")
 WIDTHS = {"pose": 6, "via": 6, "external": 2}
 REALS = (
     *("arc_angle", "speed", "turn_speed", "acceleration", "axis_share", "axis_acceleration", "external_share"),
-    *("blend", "blend_share"),
+    *("blend", "blend_share", "axes_corner", "line_corner"),
 )
 WHOLE_COLUMNS = ("kind", "status", "turn", "tool", "base", "file", "line")
 
@@ -119,7 +119,9 @@ class ControllerState:
         self.modes: dict[str, str] = {}  # of interpolation, where they have been set
         self.arc = False
         self.continues = False  # CONTINUE: the next stop of the advance run is none
-        self.external_active = False  # $ACT_EX_AX, or BAS, has made the table's axes count
+        self.external_active: bool | None = (
+            None  # whether $ACT_EX_AX, or BAS, makes the table's axes count; None: unset
+        )
         self._burnt = 0  # moves when the arc went on
         self._stood = False  # it has waited since, for a time that is not known
         self._doubts: dict[str, list[int]] = {}  # first move and how many, by what it is
@@ -202,6 +204,8 @@ class ControllerState:
             ("external_share", min(speeds.external_share.values(), default=NAN) * speeds.override),
             ("blend", distance),
             ("blend_share", share),
+            ("axes_corner", speeds.axes_share),
+            ("line_corner", speeds.distance),
             ("file", where[0]),
             ("line", where[1]),
         )

@@ -4,12 +4,20 @@ Use:
 
     asked_distances(moves)                    # (m,) m, by C_DIS and C_VEL
     rounded_distances(moves, path)            # of those no more than half of the longer move at the corner
+    corner_reach(moves, 7, before, after)     # how far the corner between moves 6 and 7 reaches into either
+
+At a corner between a move of axes and a line each move has its own measure: $APO.CPTP says how far the rounding reaches
+into the move of axes, whatever word the line has, and C_DIS, C_VEL or C_ORI how far it reaches into the line. Of two
+moves of axes with C_PTP the first is left by the $APO.CPTP that holds at the first, and the second is joined by the
+$APO.CPTP that holds at the second (robot-forum.com, threads 14422 and 41364).
 
 C_VEL rounds from where the TCP, as it brakes for the end, has come down to its share of the speed: at 100 % from where
 it begins to brake. Of moves of axes a share is one of the way, and is not checked here.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,3 +47,66 @@ def rounded_distances(moves: Moves, path: ProgramPath) -> Floats:
     length = np.where(moves.kind == MoveKind.LINEAR, length, np.nan)  # of others it is not known here
     longer = np.fmax(length, np.append(length[1:], np.nan))
     return np.fmin(asked_distances(moves), longer / 2)
+
+
+@dataclass(frozen=True, eq=False)
+class CornerSide:
+    """A move at a corner, from the corner outwards.
+
+    Attributes:
+        s: length of its way, (m,), ascending from 0: of the axes, rad, of a move of axes; of the TCP, m, of a line.
+        away: distance of the TCP from the corner, (m,), m.
+        way: length of the TCP's way, m.
+    """
+
+    s: Floats
+    away: Floats
+    way: float
+
+    def within(self, distance: float) -> float:
+        """Length up to which the TCP is within a distance, m, of the corner."""
+        last = int(np.flatnonzero(self.away <= distance)[-1])
+        if last + 1 == len(self.s):
+            return float(self.s[-1])
+        share = (distance - self.away[last]) / (self.away[last + 1] - self.away[last])
+        return float(self.s[last] + share * (self.s[last + 1] - self.s[last]))
+
+    def of_half(self, share: float) -> float:
+        """Length of a share of half the way."""
+        return share * float(self.s[-1]) / 2
+
+
+def corner_reach(moves: Moves, k: int, before: CornerSide, after: CornerSide) -> tuple[float, float]:
+    """How far the rounding of a corner reaches into the moves at it, of which not both are moves of axes.
+
+    Args:
+        moves: of the program.
+        k: the move that begins at the corner.
+        before: the move that ends there.
+        after: move k.
+
+    Returns:
+        Length of the one before, and of the one after, in the units of the two sides.
+    """
+    share, distance = share_of_axes(moves, k), float(asked_distances(moves)[k - 1])
+    half = max(before.way, after.way) / 2
+    if moves.kind[k - 1] == MoveKind.AXES:
+        joined = distance if distance > 0 else float(np.nan_to_num(moves.line_corner[k - 1], nan=half))
+        begins = max(before.within(min(distance, half)), before.of_half(float(moves.blend_share[k - 1])))
+        return begins, max(after.within(min(joined, half)), after.of_half(share))
+    begins, ends = (side.within(min(distance, half)) for side in (before, after))
+    if moves.kind[k] == MoveKind.AXES:
+        ends = max(ends, after.of_half(_joined_share(moves, k)))
+    return begins, ends
+
+
+def share_of_axes(moves: Moves, k: int) -> float:
+    """Share of half its way over which the move of axes before move k is left, or move k joined (C_PTP): the larger."""
+    share = float(moves.blend_share[k - 1])
+    return max(share, _joined_share(moves, k)) if share > 0 else 0.0
+
+
+def _joined_share(moves: Moves, k: int) -> float:
+    """Share of half of move k up to which the corner before it reaches into it by C_PTP."""
+    share = float(moves.axes_corner[k])
+    return share if share == share else 1.0

@@ -91,9 +91,13 @@ def unsure_circles(start: Floats, via: Floats, end: Floats, at_angle: NDArray[np
 
 def _height(start: Floats, via: Floats, end: Floats) -> Floats:
     """Least height of the triangle of three points, (m,), m."""
+    return _least_height(np.linalg.norm(np.cross(via - start, end - start), axis=1), start, via, end)
+
+
+def _least_height(twice_area: Floats, start: Floats, via: Floats, end: Floats) -> Floats:
+    """The same where twice the triangle's area is known, (m,), m2."""
     sides = np.stack([np.linalg.norm(side, axis=1) for side in (via - start, end - start, end - via)])
-    area = np.linalg.norm(np.cross(via - start, end - start), axis=1)
-    out: Floats = area / np.maximum(sides.max(axis=0), np.finfo(float).tiny)
+    out: Floats = twice_area / np.maximum(sides.max(axis=0), np.finfo(float).tiny)
     return out
 
 
@@ -122,9 +126,9 @@ class Circles:
         """Arcs from start to end through an auxiliary point each, (m, 3), m; three points in a line are a line."""
         a, b = via - start, end - start
         n = np.cross(a, b)
-        area = np.linalg.norm(n, axis=1)
-        flat = _height(start, via, end) <= STRAIGHT
-        safe = np.where(flat, 1.0, area)[:, None]
+        twice_area = np.linalg.norm(n, axis=1)
+        flat = _least_height(twice_area, start, via, end) <= STRAIGHT
+        safe = np.where(flat, 1.0, twice_area)[:, None]
         n = np.where(flat[:, None], np.array([0.0, 0.0, 1.0]), n / safe)
         squares = (a**2).sum(axis=1)[:, None] * b - (b**2).sum(axis=1)[:, None] * a
         to_centre = np.cross(squares, n) / (2 * safe)

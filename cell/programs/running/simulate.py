@@ -28,9 +28,11 @@ from ...job.build_order import BuildOrder
 from ...job.job import Job
 from ...motion.motion import NO_MOVE, Motion
 from ...motion.motion_file import BlendedRows
+from ...rigid import inverse
 from ...timing.time_law import TimeLaw, time_path, time_stops, time_travel
+from ..cell_frames import tables_seen_from_base
 from ..program import EventKind, MoveKind, Program, SourceLine
-from .corners import BRAKES, DEFAULT_SPEED, asked_distances, rounded_distances
+from .corners import BRAKES, DEFAULT_SPEED, CornerSide, asked_distances, corner_reach, rounded_distances, share_of_axes
 from .program_path import ProgramPath, interpolate_program
 
 TURN_SPEED = np.deg2rad(200.0)  # of the TCP about itself (KUKA: DEF_VEL_ORI1)
@@ -212,7 +214,7 @@ class _Clock:
                 blend = float(self.moves.blend[move[k]])
                 near = np.interp([gone[k + 1] - blend, gone[k + 1] + blend], gone, s)
                 longer = max(begins[n + 1] - begins[n], begins[n + 2] - begins[n + 1])
-                by_share = float(self.moves.blend_share[move[k]]) * longer / 2
+                by_share = share_of_axes(self.moves, int(move[k + 1])) * longer / 2
                 zones.append(max(s[k + 1] - near[0], near[1] - s[k + 1], by_share))
             zone = min(max(zones), s[-1] / 2)
         if zone > 0:
@@ -246,15 +248,22 @@ class _Clock:
         turns = np.nan_to_num(self.moves.turn_speed[move], nan=TURN_SPEED)
         cap = np.where(way < turn * 1e-6, step * turns / np.maximum(turn, NO_MOVE), cap)
         s = np.concatenate([[0.0], np.cumsum(step)])
-        zone = self._zone(move, s)
+        zone = self._zone(move, s, p)
         return self._law(axes, s, cap, move, zone), s, zone
 
-    def _zone(self, move: Ints, s: Floats) -> float:
+    def _zone(self, move: Ints, s: Floats, p: Floats) -> float:
         """Distance over which the corners of a run are rounded: the widest at any of them."""
         ends = np.flatnonzero(np.append(np.diff(move) != 0, True))
-        length = np.diff(np.concatenate([[0.0], s[ends + 1]]))
-        inner = move[ends[:-1]]
-        asked = self.asked[inner]
+        begins = np.concatenate([[0], ends + 1])
+        length = np.diff(s[begins])
+        asked = self.asked[move[ends[:-1]]]
+        # on a circle the TCP comes within a distance of the corner earlier than the length of the arc says
+        round_ = self.moves.kind[move[ends]] == MoveKind.CIRCULAR
+        for n in np.flatnonzero(round_[:-1] | round_[1:]).tolist():
+            corner = begins[n + 1]
+            for at in (np.arange(corner, begins[n] - 1, -1), np.arange(corner, begins[n + 2] + 1)):
+                side = CornerSide(np.abs(s[at] - s[corner]), np.linalg.norm(p[at] - p[corner], axis=1), 0.0)
+                asked[n] = max(asked[n], side.within(float(self.asked[move[ends[n]]])))
         half = np.maximum(length[:-1], length[1:]) / 2
         return float(np.minimum(asked, half).max(initial=0.0))
 
@@ -281,21 +290,31 @@ class _Clock:
         m = self.moves
         other = (m.kind[1:] == MoveKind.AXES) != (m.kind[:-1] == MoveKind.AXES)
         other |= (m.kind[1:] != MoveKind.AXES) & ((m.tool[1:] != m.tool[:-1]) | (m.base[1:] != m.base[:-1]))
-        p = self.job.scene.chain.forward(axes[:, :-2])[:, :3, 3]
         out = []
         for k in (np.flatnonzero(other) + 1).tolist():
             first, corner, stop = np.searchsorted(move, [k - 1, k, k + 1]).tolist()
             if k < 2 or self._stops(k) or not first < corner < stop:
                 continue
-            rows = slice(first - 1, stop)
-            step = np.linalg.norm(np.diff(p[rows], axis=0), axis=1)
-            s = np.concatenate([[0.0], np.cumsum(np.maximum(step, NO_MOVE))])
-            longer = max(s[corner - first], s[-1] - s[corner - first])
-            share = float(m.blend_share[k - 1]) if m.kind[k - 1] == MoveKind.AXES else 0.0
-            zone = min(max(float(self.asked[k - 1]), share * longer / 2), longer / 2)
-            if zone > EXACT_STOP:
-                out.append(BlendedRows(first - 1, stop - 1, s, zone))
+            before, after = self._side(axes[first - 1 : corner][::-1], k - 1), self._side(axes[corner - 1 : stop], k)
+            begins, ends = corner_reach(m, k, before, after)
+            if max(begins, ends) > 0:
+                # the move behind the corner is stretched, so that the rounding reaches as far on either side
+                stretch = max(begins, NO_MOVE) / max(ends, NO_MOVE)
+                s = np.concatenate([before.s[-1] - before.s[::-1], before.s[-1] + after.s[1:] * stretch])
+                out.append(BlendedRows(first - 1, stop - 1, s, max(begins, NO_MOVE)))
         return out
+
+    def _side(self, axes: Floats, k: int) -> CornerSide:
+        """Move k from a corner outwards, all axes (m, j + 2) there and on, rad: see :class:`CornerSide`."""
+        T = self.job.scene.chain.forward(axes[:, :-2])
+        base = self.moves.base[k]
+        if base >= 0 and self.program.bases[base].coupled:
+            T = inverse(tables_seen_from_base(self.job.scene, axes[:, -2:])) @ T
+        p = T[:, :3, 3]
+        step = np.linalg.norm(np.diff(p, axis=0), axis=1)
+        by = np.linalg.norm(np.diff(axes, axis=0), axis=1) if self.moves.kind[k] == MoveKind.AXES else step
+        s = np.concatenate([[0.0], np.cumsum(np.maximum(by, NO_MOVE))])
+        return CornerSide(s, np.linalg.norm(p - p[0], axis=1), float(step.sum()))
 
     def result(self) -> SimulatedProgram:
         """All rows."""

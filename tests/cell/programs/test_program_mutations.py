@@ -155,6 +155,8 @@ def test_what_changes_nothing_is_feasible(what: str, tmp_path: Path) -> None:
 REFUSED = {
     "a tool that nobody knows": (edited(r"^\$TOOL = .*$", "$TOOL = TOOL_DATA[4]"), line_of(r"^\$TOOL")),
     "mm/s for m/s": (edited(r"CP = 0.008000", "CP = 8.0"), line_of(r"CP = 0.008")),
+    "no active external axes": (edited(r"^\$ACT_EX_AX = 2", "$ACT_EX_AX = 0"), line_of(LIN)),
+    "external axes of no number": (edited(r"^\$ACT_EX_AX = 2", "$ACT_EX_AX = -1"), line_of(r"^\$ACT_EX_AX")),
     "two machines": (edited(r"MACHINE_DEF\[2\]\.ROOT", "MACHINE_DEF[3].ROOT"), line_of(r"^\$BASE")),
 }
 
@@ -182,10 +184,6 @@ DOUBTED = {
     "$ACT_EX_AX missing": (
         everywhere(r"^\$ACT_EX_AX.*$", ";"),
         f"boss_L000.src:{line_of(LIN, file='boss_L000.src')}: the base is coupled by EK, and $ACT_EX_AX is not set",
-    ),
-    "$ACT_EX_AX is 0": (
-        everywhere(r"^\$ACT_EX_AX = 2", "$ACT_EX_AX = 0", LAYER),
-        f"{LAYER}:{line_of(LIN)}: the base is coupled by EK, and $ACT_EX_AX is not set above 0",
     ),
 }
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.programs.programs import FRAMES, LIN, controller
+from support.programs.programs import FRAMES, LIN, controller, module
 
 from cell.errors import InputError
 from cell.programs.krl_read import read_krl
@@ -275,3 +275,12 @@ def test_arrays_of_another_type_do_not_stand_for_each_other(tmp_path: Path) -> N
     other = "DEF HALVE(K[])\nREAL K[]\nK[1]=K[1]/2\nEND\n"
     with pytest.raises(InputError, match="is REAL and stands for AI, which is INT"):
         read(tmp_path, "DECL INT AI[3]\n" + BEGIN + "AI[1]=7\nHALVE(AI[])\n", other)
+
+
+def test_a_sub_program_of_the_programs_own_is_not_the_controllers(tmp_path: Path) -> None:
+    move = "PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0,E1 0,E2 0}\n"
+    own = "DEF BAS ( word :IN, share :IN )\nPTP {A1 20}\nEND\n"
+    path = module(tmp_path, move + "BAS (#VEL_PTP, 20)\n")
+    assert len(read_krl(path, controller()).moves) == 1
+    path.write_text(path.read_text() + own)
+    assert len(read_krl(path, controller()).moves) == 2

@@ -163,3 +163,19 @@ def test_a_broken_program_ends_in_a_program_or_one_line(seed: int, tmp_path: Pat
     except InputError as error:
         message = str(error)
     assert message == "" or re.fullmatch(rf"{re.escape(str(tmp_path))}/[^:\n]*(:\d+)?: [^\n]*", message)
+
+
+@pytest.mark.parametrize("text", ["LIN {X １２}", "LIN {X ١٢}", "LIN\u00a0{X 12}", "LIN {X 1+２}"])
+def test_digits_and_blanks_that_no_controller_has_are_refused(text: str, tmp_path: Path) -> None:
+    assert refused(tmp_path, FRAMES + PTP + LIN + f"{text}\n").startswith(":6: ")
+
+
+def test_a_line_that_may_end_in_a_comment_is_refused(tmp_path: Path) -> None:
+    text = f"DEF T ( )\n{FRAMES}{PTP}{LIN};then\rLIN {{X 999}}\nEND\n"
+    path = tmp_path / "T.src"
+    path.write_bytes(text.encode())
+    with pytest.raises(InputError, match=rf"^{re.escape(str(path))}:6: has a CR without LF"):
+        read_krl(path, controller())
+    for ends in ("\r", "\r\n"):
+        path.write_bytes(text.replace("\rLIN", "").replace("\n", ends).encode())
+        assert len(read_krl(path, controller()).moves) == 2

@@ -23,7 +23,7 @@ from cell.programs.program_check import check_program
 from cell.programs.running.configuration_tracking import ConfigurationTracker
 from cell.programs.running.interpolation import Circles, on_lines
 from cell.programs.running.program_path import OFF, TURNED, interpolate_program
-from cell.programs.running.simulate import run_program
+from cell.programs.running.simulate import SimulatedProgram, run_program
 from cell.rigid import inverse
 
 
@@ -247,10 +247,84 @@ def test_a_rounded_corner_between_a_ptp_and_a_line_is_looked_at() -> None:
     assert len(run.runs) == len(plain.runs) + 1
     corner = next(one for one in run.runs if run.move[one.first + 1] == k)
     assert run.move[corner.last] == k + 1
-    assert corner.zone == pytest.approx(0.012)
-    assert corner.s[-1] > 0.03
+    # from 12 mm before the corner to 12 mm behind it, by MuJoCo's kinematics; on the part, as the line's base is
+    at = int(np.searchsorted(run.move, k + 1)) - 1
+    s = corner.s - corner.s[at - corner.first]
+    places = np.array([in_base(run, row) for row in range(corner.first, corner.last + 1)])
+    for where in (-corner.zone, corner.zone):
+        reached = [np.interp(where, s, places[:, axis]) for axis in range(3)]
+        assert np.linalg.norm(reached - places[at - corner.first]) == pytest.approx(0.012, abs=2e-5)
     # the times are those of a stop
     assert np.ptp(run.motion.t_s) == pytest.approx(np.ptp(plain.motion.t_s))
+
+
+def in_base(run: SimulatedProgram, row: int) -> np.ndarray:
+    """The TCP on the table, where that stands still, by MuJoCo's kinematics."""
+    q, table = run.motion.q[row], run.motion.table[row]
+    place, R = in_mujoco(q, table, "table")
+    return R.T @ (in_mujoco(q, table, "tcp")[0] - place)
+
+
+BEGIN = "$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\n$VEL.CP=0.2\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 45,A6 0,E1 0,E2 0}\n"
+AWAY = "PTP {A1 40,A2 -90,A3 90,A4 0,A5 45,A6 0}"
+CORNERS = {  # statements, and what has to be rounded of the moves at the corner: mm of the line, % of half the PTP
+    "a line, then a PTP": ("$APO={CDIS 5,CPTP 80}\nLIN_REL {Z -100} C_DIS\nAWAY\n", (5.0, None), (None, 80)),
+    "a line, then a PTP, CPTP never set": ("LIN_REL {Z -100} C_DIS\nAWAY\n", (3.0, None), (None, 100)),
+    "a line, CPTP set behind it": (
+        "$APO.CPTP=1\nLIN_REL {Z -100} C_DIS\n$APO.CPTP=60\nAWAY\n",
+        (3.0, None),
+        (None, 60),
+    ),
+    "a PTP, then a line": (
+        "$APO={CDIS 7,CPTP 30}\nPTP_REL {A1 40} C_PTP C_DIS\nLIN_REL {Z -100}\n",
+        (None, 30),
+        (7.0, None),
+    ),
+    "a PTP with C_PTP alone": (
+        "$APO={CDIS 30,CPTP 1}\nPTP_REL {A1 40} C_PTP\nLIN_REL {Z -100}\n",
+        (None, 1),
+        (30.0, None),
+    ),
+}
+
+
+@pytest.mark.parametrize("what", CORNERS)
+def test_a_corner_reaches_into_a_move_by_the_measure_of_that_move(what: str, tmp_path: Path) -> None:
+    boss = boss_program()
+    text, *sides = CORNERS[what]
+    (tmp_path / "T.src").write_text(f"DEF T ( )\n{BEGIN}{text.replace('AWAY', AWAY)}END\n")
+    run = run_program(read_krl(tmp_path / "T.src", cell_controller(boss.job)), boss.job)
+    (corner,) = run.runs
+    at = int(np.searchsorted(run.move, 2)) - 1
+    s, q = corner.s - corner.s[at - corner.first], run.motion.q[corner.first : corner.last + 1]
+    tcp = np.array([in_mujoco(one, run.motion.table[0], "tcp")[0] for one in q])
+    for where, rows, (mm, percent) in zip((-corner.zone, corner.zone), (s <= 0, s >= 0), sides, strict=True):
+        if mm is not None:
+            gone = [np.interp(where, s, tcp[:, axis]) for axis in range(3)] - tcp[at - corner.first]
+            assert np.linalg.norm(gone) * 1e3 > mm - 0.02
+        else:
+            turned = abs(np.interp(where, s, q[:, 0]) - q[at - corner.first, 0])
+            assert turned > (percent / 100 - 0.001) * np.ptp(q[rows, 0]) / 2
+
+
+def test_moves_of_axes_are_joined_by_the_share_that_holds_at_the_second(tmp_path: Path) -> None:
+    boss = boss_program()
+    body = "$APO.CPTP=5\nPTP_REL {A1 40} C_PTP\n$APO.CPTP=90\nPTP_REL {A2 -20}\n"
+    (tmp_path / "T.src").write_text(f"DEF T ( )\n{BEGIN}{body}END\n")
+    run = run_program(read_krl(tmp_path / "T.src", cell_controller(boss.job)), boss.job)
+    (corner,) = run.runs
+    at = int(np.searchsorted(run.move, 2)) - 1
+    turned = np.interp(corner.s[at - corner.first] + corner.zone, corner.s, run.motion.q[corner.first :, 1])
+    assert abs(turned - run.motion.q[at, 1]) > np.deg2rad(0.9 * 20 / 2) * 0.999
+
+
+def test_a_circle_comes_near_its_end_earlier_than_its_length_says(tmp_path: Path) -> None:
+    boss = boss_program()
+    circle = "CIRC_REL {X 50,Y 50},{X 0,Y 100} C_DIS\n"  # of 50 mm
+    (tmp_path / "T.src").write_text(f"DEF T ( )\n{BEGIN}$APO.CDIS=70\n{circle}LIN_REL {{Y 300}}\nEND\n")
+    run = run_program(read_krl(tmp_path / "T.src", cell_controller(boss.job)), boss.job)
+    (corner,) = run.runs
+    assert corner.zone == pytest.approx(2 * 0.05 * np.arcsin(0.7), rel=1e-3)
 
 
 def test_points_that_repeat_the_one_before_change_nothing() -> None:
