@@ -461,6 +461,8 @@ MUTANTS = (
     Mutant("cell/programs/running/corners.py", "joined = distance if distance > 0 else float(np.nan_to_num(moves.line_corner[k - 1], nan=half))", "joined = distance", (RUNS,)),
     Mutant("cell/programs/running/simulate.py", "asked[n] = max(asked[n], side.within(float(self.asked[move[ends[n]]])))", "pass", (RUNS,)),
     Mutant("cell/programs/krl/moving.py", "if state.base.coupled and state.external_active is False:", "if False:", (MUTATED,)),
+    Mutant("cell/programs/running/simulate.py", "            acceleration[n:] *= least(self.moves.external_acceleration)\n", "            pass\n", (RUNS,)),
+    Mutant("cell/programs/running/simulate.py", "cap = np.minimum(cap, step * turns / np.maximum(angles_between", "np.minimum(cap, step * turns / np.maximum(angles_between", (RUNS,)),
     Mutant("cell/programs/running/simulate.py", "self.arc_faults[0] = Failure(Kind.PTP_WITH_ARC, place=IN_ROWS)", "pass", (RUNS,)),
     Mutant("cell/programs/program_check.py", "    yield from _bases(run)\n", "", (PROGRAMS,)),
     Mutant("cell/programs/program_check.py", "    yield from _roots(run.program, job)\n", "", (PROGRAMS,)),

@@ -190,6 +190,7 @@ class _Writer:
             ("$VEL_AXIS", moves.axis_share, self.controller.axes),
             ("$ACC_AXIS", moves.axis_acceleration, self.controller.axes),
             ("$VEL_EXTAX", moves.external_share, self._external_axes),
+            ("$ACC_EXTAX", moves.external_acceleration, self._external_axes),
         )
         for name, column, axes in share:
             for axis in range(axes):

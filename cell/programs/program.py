@@ -143,6 +143,7 @@ class Moves:
         acceleration: of the TCP, (m,), m/s^2; NaN where it is not set.
         axis_share: of its full speed that every axis may use, (m,), 0 to 1; NaN where it is not set.
         axis_acceleration: share of its full acceleration that every axis may use, (m,); NaN where it is not set.
+        external_acceleration: share of its full acceleration that every external axis may use, (m,); NaN likewise.
         external_share: of its full speed that every external axis may use, (m,); NaN where it is not set.
         blend: distance from the end at which the corner may be rounded, (m,), m; 0 stops exactly.
         blend_share: of a Cartesian move: of the speed at which the corner may be rounded (C_VEL); of a move of axes:
@@ -169,6 +170,7 @@ class Moves:
     acceleration: Floats
     axis_share: Floats
     axis_acceleration: Floats
+    external_acceleration: Floats
     external_share: Floats
     blend: Floats
     blend_share: Floats
@@ -193,7 +195,8 @@ class Moves:
         columns: dict[str, Any] = {name: np.full((n, width), np.nan) for name, width in shapes.items()}
         columns |= {name: none.copy() for name in ("status", "turn", "tool", "base", "file")}
         columns |= {name: nan.copy() for name in ("arc_angle", "speed", "turn_speed", "acceleration", "axis_share")}
-        columns |= {name: nan.copy() for name in ("axis_acceleration", "external_share", "axes_corner", "line_corner")}
+        columns |= {name: nan.copy() for name in ("axis_acceleration", "external_share", "external_acceleration")}
+        columns |= {name: nan.copy() for name in ("axes_corner", "line_corner")}
         columns |= {name: np.zeros(n) for name in ("blend", "blend_share")}
         kind = np.full(n, int(MoveKind.LINEAR), dtype=np.int64)
         return cls(kind=kind, line=np.zeros(n, dtype=np.int64), **columns)

@@ -191,7 +191,7 @@ _ARRAYS = {
     "$VEL_AXIS": "axis_share",
     "$ACC_AXIS": "axis_acceleration",
     "$VEL_EXTAX": "external_share",
-    "$ACC_EXTAX": "",
+    "$ACC_EXTAX": "external_acceleration",
 }
 
 
@@ -202,8 +202,7 @@ def _speed(speeds: Speeds, path: tuple[str, str], indices: tuple[int, ...], valu
         share = _moving_share(given)
         if share is None or len(indices) != 1:
             raise refuse(scope.where, f"{name}[i] is above 0 and up to 100 %, not {given:g}")
-        if _ARRAYS[name]:
-            getattr(speeds, _ARRAYS[name])[indices[0]] = share
+        getattr(speeds, _ARRAYS[name])[indices[0]] = share
         return
     if path not in _KNOWN:
         raise refuse(scope.where, f"{name}.{quoted(part)} is not known")

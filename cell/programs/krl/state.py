@@ -27,6 +27,7 @@ NAN = float("nan")
 WIDTHS = {"pose": 6, "via": 6, "external": 2}
 REALS = (
     *("arc_angle", "speed", "turn_speed", "acceleration", "axis_share", "axis_acceleration", "external_share"),
+    "external_acceleration",
     *("blend", "blend_share", "axes_corner", "line_corner"),
 )
 WHOLE_COLUMNS = ("kind", "status", "turn", "tool", "base", "file", "line")
@@ -43,6 +44,7 @@ class Speeds:
         axis_share: of each axis, 0 to 1.
         axis_acceleration: likewise.
         external_share: of each external axis.
+        external_acceleration: likewise.
         distance: $APO.CDIS, m.
         share: $APO.CVEL, 0 to 1.
         axes_share: $APO.CPTP, 0 to 1.
@@ -56,6 +58,7 @@ class Speeds:
     axis_share: dict[int, float] = field(default_factory=dict)
     axis_acceleration: dict[int, float] = field(default_factory=dict)
     external_share: dict[int, float] = field(default_factory=dict)
+    external_acceleration: dict[int, float] = field(default_factory=dict)
     distance: float = 0.003  # a real controller's DEF_APO_CDIS
     share: float = 1.0
     axes_share: float = 1.0
@@ -71,6 +74,7 @@ class Speeds:
             dict(self.axis_share),
             dict(self.axis_acceleration),
             dict(self.external_share),
+            dict(self.external_acceleration),
             self.distance,
             self.share,
             self.axes_share,
@@ -201,6 +205,7 @@ class ControllerState:
             ("acceleration", speeds.acceleration),
             ("axis_share", min(speeds.axis_share.values(), default=NAN) * speeds.override),
             ("axis_acceleration", min(speeds.axis_acceleration.values(), default=NAN)),
+            ("external_acceleration", min(speeds.external_acceleration.values(), default=NAN)),
             ("external_share", min(speeds.external_share.values(), default=NAN) * speeds.override),
             ("blend", distance),
             ("blend_share", share),

@@ -33,6 +33,7 @@ from ...timing.time_law import TimeLaw, time_path, time_stops, time_travel
 from ..cell_frames import tables_seen_from_base
 from ..program import EventKind, MoveKind, Program, SourceLine
 from .corners import BRAKES, DEFAULT_SPEED, CornerSide, asked_distances, corner_reach, rounded_distances, share_of_axes
+from .interpolation import angles_between
 from .program_path import ProgramPath, interpolate_program
 
 TURN_SPEED = np.deg2rad(200.0)  # of the TCP about itself (KUKA: DEF_VEL_ORI1)
@@ -232,13 +233,17 @@ class _Clock:
         speed, acceleration = (limit.copy() for limit in self.limits)
         if self.moves.kind[move[0]] == MoveKind.AXES:
             speed[:n] *= least(self.moves.axis_share)
-            acceleration *= least(self.moves.axis_acceleration)
+            acceleration[:n] *= least(self.moves.axis_acceleration)
+            acceleration[n:] *= min(least(self.moves.axis_acceleration), least(self.moves.external_acceleration))
+        else:
+            acceleration[n:] *= least(self.moves.external_acceleration)
         speed[n:] *= least(self.moves.external_share)
         return speed, acceleration
 
     def _line_times(self, axes: Floats, move: Ints, rows: Ints) -> tuple[Floats, Floats, float]:
         """Seconds of the steps, way of the TCP in the base to every row, m, and the zone of rounding in it."""
-        p = np.concatenate([self.path.begins[move[0]][None, :3, 3], self.path.Ts_frame_tcp[rows][:, :3, 3]])
+        T = np.concatenate([self.path.begins[move[0]][None], self.path.Ts_frame_tcp[rows]])
+        p = T[:, :3, 3]
         way = np.linalg.norm(np.diff(p, axis=0), axis=1)
         step = np.maximum(way, NO_MOVE)
         asked = self.moves.speed[move]
@@ -247,6 +252,8 @@ class _Clock:
         # where the TCP hardly gets on, the turn of the tool sets the pace
         turns = np.nan_to_num(self.moves.turn_speed[move], nan=TURN_SPEED)
         cap = np.where(way < turn * 1e-6, step * turns / np.maximum(turn, NO_MOVE), cap)
+        # and nowhere does the tool turn faster
+        cap = np.minimum(cap, step * turns / np.maximum(angles_between(T[1:, :3, :3], T[:-1, :3, :3]), NO_MOVE))
         s = np.concatenate([[0.0], np.cumsum(step)])
         zone = self._zone(move, s, p)
         return self._law(axes, s, cap, move, zone), s, zone

@@ -318,6 +318,29 @@ def test_moves_of_axes_are_joined_by_the_share_that_holds_at_the_second(tmp_path
     assert abs(turned - run.motion.q[at, 1]) > np.deg2rad(0.9 * 20 / 2) * 0.999
 
 
+@pytest.mark.parametrize(
+    ("slow", "move", "least_s"),
+    [
+        ("$VEL.ORI1=10\n$VEL.ORI2=10\n", "LIN_REL {X 50,A 30} #TOOL\n", 3.0),  # 30 degrees at 10 a second
+        ("$VEL.ORI1=10\n", "LIN_REL {A 30} #TOOL\n", 3.0),
+        # E1 starts over half of the way and brakes over the other
+        ("$ACC_EXTAX[1]=2\n", "LIN_REL {Z -5,E1 20}\n", None),
+        ("$ACC_EXTAX[1]=2\n", "PTP_REL {E1 20}\n", None),
+    ],
+)
+def test_what_a_program_slows_down_takes_its_time(slow: str, move: str, least_s: float | None, tmp_path: Path) -> None:
+    boss, taken = boss_program(), []
+    for body in (move, slow + move):
+        (tmp_path / "T.src").write_text(f"DEF T ( )\n{BEGIN}{body}END\n")
+        run = run_program(read_krl(tmp_path / "T.src", cell_controller(boss.job)), boss.job)
+        taken.append(float(run.motion.t_s[-1]))
+    if least_s is None:
+        full = float(boss.job.drives.acceleration[6])
+        least_s = 2 * np.sqrt(np.deg2rad(20) / (0.02 * full))
+    assert taken[1] == pytest.approx(least_s, rel=0.02)
+    assert taken[0] < 0.6 * taken[1]
+
+
 def test_a_circle_comes_near_its_end_earlier_than_its_length_says(tmp_path: Path) -> None:
     boss = boss_program()
     circle = "CIRC_REL {X 50,Y 50},{X 0,Y 100} C_DIS\n"  # of 50 mm
