@@ -145,6 +145,8 @@ MUTANTS = (
     Mutant("cell/collision/proofs/few_corners.py", " + np.abs(directions) @ self._half", "", (CORNERS,)),
     Mutant("cell/collision/proofs/few_corners.py", "self.points[:, first : first + GROUP]", "self.points[:, first : first + GROUP - 1]", (CORNERS,)),
     Mutant("cell/collision/proofs/few_corners.py", "(reach[more] > known[of[more], None]).any(axis=0)", "(reach[more] > known[of[more], None]).all(axis=0)", (CORNERS,)),
+    Mutant("cell/collision/proofs/laid_covers.py", ", scene.deposit_of_geom[ids].tobytes()", "", (COVERS,)),
+    Mutant("cell/collision/blend_bisection.py", "found=replace(known.found, distance=low)", "found=known.found", (ROUNDINGS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "_together(blocks + later)", "_together(blocks or later)", (COVERS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "self._laid[k][first:stop]", "self._laid[k][first : max(stop - 1, first + 1)]", (COVERS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "ends[at - 1] if at else self._begins[k], ends[at], shape_of", "ends[at] - 1, ends[at], shape_of", (COVERS,)),

@@ -82,6 +82,9 @@ def colliding_blends(
     """
     s = path.s - path.s[0]
     path = BlendedPath(path.q, s, kept_zone(path.zone, s[-1]))
+    # what is not seen at rows is beyond the reach of what looked; a group that sees further knows no more of them
+    low = np.minimum(known.found.distance, checker.reach)
+    known = replace(known, found=replace(known.found, distance=low))
     hits = [_checked_rectangles(group, radius, path, known, steps) for group in groups_of(checker)]
     nearest = Clearances.joined([one.nearest for one in hits])
     step, zone = (np.concatenate(some) for some in zip(*((one.step, one.zone) for one in hits), strict=True))

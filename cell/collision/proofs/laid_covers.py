@@ -138,14 +138,18 @@ class LaidCovers:
         return pieces
 
 
-_made: weakref.WeakKeyDictionary[mujoco.MjModel, dict[tuple[tuple[float, float], bytes], LaidCovers]]
+_made: weakref.WeakKeyDictionary[mujoco.MjModel, dict[tuple[object, ...], LaidCovers]]
 _made = weakref.WeakKeyDictionary()
 
 
 def covers_of(scene: Scene, table: tuple[float, float], geoms: Ints) -> LaidCovers:
-    """The covers of deposits of a scene at one table pose, made once; as of :class:`LaidCovers`."""
+    """The covers of deposits of a scene at one table pose, made once; as of :class:`LaidCovers`.
+
+    Scenes of one model may number its deposits otherwise, as where one sub-volume is looked at without the others.
+    """
     known = _made.setdefault(scene.model, {})
-    key = table, np.asarray(geoms, dtype=np.int64).tobytes()
+    ids = np.asarray(geoms, dtype=np.int64)
+    key = table, scene.n_deposits, ids.tobytes(), scene.deposit_of_geom[ids].tobytes()
     if key not in known:
         known[key] = LaidCovers(scene, geoms)
     return known[key]

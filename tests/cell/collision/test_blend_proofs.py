@@ -352,6 +352,27 @@ def test_a_turn_on_the_spot_is_proved_free_by_what_is_travelled():
     assert len(colliding_blends(near, np.ones(2), path, known(path, near, 5e-3), steps).step)
 
 
+def test_a_group_that_sees_further_takes_nothing_for_known_out_to_there(monkeypatch):
+    """Where nothing was seen at the rows, nothing is known but that all is further away than was looked then."""
+
+    class ShortSighted(Point):
+        reach = 0.05
+
+        def clearances(self, q, deposits_laid):
+            found = super().clearances(q, deposits_laid)
+            found.distance[found.distance > self.reach] = np.inf
+            return found
+
+    legs = np.linspace(-0.3, 0.0, 7)
+    q = np.concatenate([np.stack([legs, 0 * legs], axis=1), np.stack([0 * legs, -legs[::-1]], axis=1)[1:]])
+    path = BlendedPath(q, np.linspace(0.0, 0.6, len(q)), 0.3)
+    short, far = (kind([[-0.06, 0.06]], 1e-3) for kind in (ShortSighted, Point))
+    here = known(path, short, 2e-3)
+    assert np.isinf(here.found.distance).all()
+    monkeypatch.setattr("cell.collision.blend_bisection.groups_of", lambda checker: (far,))
+    assert len(colliding_blends(short, np.ones(2), path, here, np.arange(len(q) - 1)).step)
+
+
 def test_what_is_not_proved_counts_as_too_near_unless_the_motion_is_known_not_to_be_free():
     path = wandering(np.random.default_rng(5))
     # with axes of a thousand kilometres no bound says anything

@@ -1,5 +1,7 @@
 """Covers hold all that they stand for, and what is proved by them is kept, as a second engine sees it too."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.jobs.boss_motion import boss_case
@@ -13,6 +15,7 @@ from cell.collision.proofs.laid_covers import MOST_HELD, MOST_LATER, TOGETHER, L
 from cell.collision.proofs.plane_proofs import PlaneProofs
 from cell.collision.proofs.step_clusters import gather_steps
 from cell.planning.part_plan import plan_part
+from cell.table_poses.suited_poses import ABSENT
 
 REACH = 0.1
 UP = np.array([0.0, 0.0, 1.0])
@@ -164,6 +167,23 @@ def test_a_cover_holds_all_that_is_laid_by_then_and_nothing_that_comes_later(bos
         (cover,) = links.covers.ids(laid)
         assert (links.shape(cover).support(n.T) >= true - 1e-12).all()
         assert links.shape(cover).support(n.T) == pytest.approx(true, abs=1e-4)
+
+
+def test_a_cover_is_of_the_deposits_as_its_own_scene_numbers_them(boss):
+    """A scene in which nothing of a sub-volume is ever laid shares its model and its table pose with the whole one."""
+    scene, n = boss.scene, directions(np.random.default_rng(8), 200)
+    others = replace(scene, deposit_of_geom=np.where(scene.deposit_of_geom < 0, -1, ABSENT))
+    later = replace(scene, deposit_of_geom=np.where(scene.deposit_of_geom < 0, -1, scene.n_deposits - 1))
+    for one in (others, later, scene):
+        links = PlaneProofs(Checker(one, (0.3, 0.2), REACH), covered=True)._links
+        for laid in (1, scene.n_deposits):
+            there = (one.deposit_of_geom >= 0) & (one.deposit_of_geom < laid)
+            pieces = np.flatnonzero(there & scene.contact_bits.any(axis=0)).tolist()
+            ids = links.covers.ids(laid)
+            assert len(ids) == bool(pieces)
+            true = np.max([links.shape(g).support(n.T) for g in pieces], axis=0, initial=-np.inf)
+            reached = np.max([links.shape(cover).support(n.T) for cover in ids], axis=0, initial=-np.inf)
+            assert (reached >= true - 1e-12).all()
 
 
 def test_a_part_of_thousands_of_layers_has_its_cover_at_once():
