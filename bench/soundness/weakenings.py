@@ -145,6 +145,8 @@ MUTANTS = (
     Mutant("cell/collision/proofs/few_corners.py", " + np.abs(directions) @ self._half", "", (CORNERS,)),
     Mutant("cell/collision/proofs/few_corners.py", "self.points[:, first : first + GROUP]", "self.points[:, first : first + GROUP - 1]", (CORNERS,)),
     Mutant("cell/collision/proofs/few_corners.py", "(reach[more] > known[of[more], None]).any(axis=0)", "(reach[more] > known[of[more], None]).all(axis=0)", (CORNERS,)),
+    Mutant("cell/collision/blend_sheets.py", "+ ROUNDED * (stop - first + 4)[:, None] * large", "", (SHEETS,)),
+    Mutant("cell/collision/blend_sheets.py", "step = np.diff(self._t)[:, None]", "step = np.diff(self._local)[:, None]", (SHEETS,)),
     Mutant("cell/collision/proofs/laid_covers.py", ", scene.deposit_of_geom[ids].tobytes()", "", (COVERS,)),
     Mutant("cell/collision/blend_bisection.py", "found=replace(known.found, distance=low)", "found=known.found", (ROUNDINGS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "_together(blocks + later)", "_together(blocks or later)", (COVERS,)),

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,7 @@ from .proofs.sheet_pieces import SheetPieces
 # m: most that a rectangle is off the mean of its corners; and travel between what is checked, one after the other
 ROUNDS = ((4e-3, (0.03, 0.01)), (1e-3, (0.01, 0.004)), (2.5e-4, (0.004, 0.001)))
 DIVIDED, MOST = 20, 30_000  # times that a rectangle is halved at most, and how many there may be of them
+ROUNDED = 4 * float(np.finfo(float).eps)  # share of a sum that an addition, and what is added, is rounded by at most
 SHARES = tuple(0.5**n for n in range(1, 12))  # of a zone: the greatest of these up to which the rows are enough
 
 
@@ -51,17 +53,18 @@ class _JoinedPaths:
         self._t = np.concatenate([t + by for (t, _), by in zip(far, self.shift, strict=True)])
         self._q = np.concatenate([q for _, q in far])
         self._local = np.concatenate([t for t, _ in far])
-        step = np.diff(self._local)[:, None]
+        step = np.diff(self._t)[:, None]  # as they are rounded where they are laid: what is integrated is continuous
         between = np.ones(len(step), dtype=bool)
         between[self._first[1:-1] - 1] = False  # from the end of one path to the beginning of the next
         length = np.where(between[:, None], step, 1.0)
         self._slope = np.where(between[:, None], np.diff(self._q, axis=0) / length, 0.0)
         area = np.where(between[:, None], (self._q[:-1] + self._q[1:]) / 2 * length, 0.0)
-        self._area = np.concatenate([np.zeros((1, area.shape[1])), np.cumsum(area, axis=0)])
+        self._area = _summed(area, self._first[1:-1] - 1)
         bend = np.abs(np.diff(self._slope, axis=0))
         bend[~(between[:-1] & between[1:])] = 0.0
         self._corner, at = self._t[1:-1], self._local[1:-1, None]
-        self._sums = tuple(_summed(bend * at**power) for power in range(3))
+        # where one path ends and where the next begins is a corner that bends nothing
+        self._sums = tuple(_summed(bend * at**power, self._first[1:-1] - 2) for power in range(3))
 
     def at(self, u: Floats) -> tuple[Floats, Floats, Floats]:
         """Integral, place and slope of the rows at lengths, (k, j) each."""
@@ -72,7 +75,8 @@ class _JoinedPaths:
 
     def rounded(self, u: Floats, zone: Floats) -> Floats:
         """Configurations of the sheet, (k, j), rad."""
-        out: Floats = (self.at(u + zone)[0] - self.at(u - zone)[0]) / (2 * zone)[:, None]
+        begin, end = u - zone, u + zone  # far out along the paths each is rounded by more than the zone itself
+        out: Floats = (self.at(end)[0] - self.at(begin)[0]) / (end - begin)[:, None]
         return out
 
     def bends(self, some: _JoinedRectangles) -> tuple[Floats, Floats]:
@@ -97,12 +101,15 @@ class _JoinedPaths:
         twos, ones = two[stop] - two[first], one[stop] - one[first]
         x, y = ((at - self.shift[some.path])[:, None] for at in (u, v))
         moment = np.maximum(*(twos - 2 * at * ones + at**2 * zeros for at in (x, y)))
+        # of sums over the whole path up to here little is left: what each addition in the window may round is put on
+        large = (np.sqrt(two[stop]) + np.maximum(np.abs(x), np.abs(y)) * np.sqrt(zero[stop])) ** 2
+        moment = np.maximum(moment, 0.0) + ROUNDED * (stop - first + 4)[:, None] * large
         by_zone = np.minimum(moment / (2 * z**3)[:, None], most)
         # of u: by the slopes at both ends of the window, and what they change by as it moves
         changes = zero[end] - zero[first] + zero[stop] - zero[inner]
         slopes = np.abs(slope[3, 1] - slope[1, 0])
         by_length = np.minimum((slopes + changes) / (2 * z)[:, None], most)
-        size = np.array([z, w, z, w])[..., None]
+        size = (ends[:, 1] - ends[:, 0])[..., None] / 2
         mean = (area[:, 1] - area[:, 0]) / (2 * size)
         speed_u = (np.abs(q[:, 1] - q[:, 0]) / (2 * size)).max(axis=0)
         speed_z = (np.abs((q[:, 1] + q[:, 0]) / 2 - mean) / size).max(axis=0)
@@ -112,8 +119,13 @@ class _JoinedPaths:
         return np.stack([du**2 / 2 * by_length, dz**2 / 2 * by_zone]), np.stack([2 * du * speed_u, 2 * dz * speed_z])
 
 
-def _summed(x: Floats) -> Floats:
-    return np.concatenate([np.zeros((1, x.shape[1])), np.cumsum(x, axis=0)])
+def _summed(x: Floats, ends: Ints) -> Floats:
+    """Sums of rows (k, j) up to each, (k + 1, j), anew for each path: after rows ``ends``, which are nothing."""
+    out = np.zeros((len(x) + 1, x.shape[1]))
+    for first, stop in pairwise([0, *(ends + 1).tolist(), len(x)]):
+        np.cumsum(x[first:stop], axis=0, out=out[first + 1 : stop + 1])
+    out[ends + 1] = 0.0
+    return out
 
 
 @dataclass(frozen=True, eq=False)

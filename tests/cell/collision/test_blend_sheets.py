@@ -51,6 +51,29 @@ def rectangle(curves, rng):
     return _JoinedRectangles(*ends, np.array([i]), np.array([0]))
 
 
+def test_what_is_said_of_a_rectangle_does_not_depend_on_how_long_its_path_is():
+    """Sums over a long path differ by what a window holds, which is a small part of them and not lost in rounding."""
+    rng, zone, m = np.random.default_rng(17), 1e-3, 12_000
+    s = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2e-3, 1.8e-3, m - 1))])
+    path = BlendedPath(np.cumsum(rng.normal(size=(m, 6)) * 0.02, axis=0), s, zone)
+    long = _JoinedPaths([path] * 5, np.ones(6))
+    for at in rng.integers(m // 2, m - 100, 12).tolist():
+        near = slice(at - 20, at + 20)
+        short = _JoinedPaths([BlendedPath(path.q[near], s[near], zone)], np.ones(6))
+        wide = zone * 2.0 ** -rng.uniform(0, 11, 20)
+        u = s[at] + rng.uniform(-1, 1, 20) * wide
+        sides = wide * rng.uniform(0.5, 0.95, 20), wide
+        ends = u - s[near][0], u - s[near][0] + rng.uniform(0, 0.5, 20) * wide
+        i, none = rng.integers(0, 5, 20), np.zeros(20, dtype=np.int64)
+        here = _JoinedRectangles(*(x + short.shift[0] for x in ends), *sides, none, none)
+        there = _JoinedRectangles(*(x + s[near][0] + long.shift[i] for x in ends), *sides, i, none)
+        (bend, turn), (of_long, turn_of_long) = short.bends(here), long.bends(there)
+        assert (of_long >= bend * (1 - 1e-5) - 1e-12).all()
+        assert (turn_of_long >= turn - 1e-8).all()
+        places = (curves.rounded(one.u, one.wide) for curves, one in ((short, here), (long, there)))
+        assert np.abs(np.subtract(*places)).max() < 5e-8
+
+
 def sheet(curves, one, n=9):
     """Configurations all over a rectangle (n, n, j), and the mean of its corners there."""
     u, z = np.linspace(one.u[0], one.v[0], n), np.linspace(one.narrow[0], one.wide[0], n)
