@@ -103,8 +103,9 @@ class Process(Section):
     deposition_speed_mm_s: Speed = Field(8.0, description="speed of the TCP along a bead")
     travel_speed_mm_s: Speed = Field(
         100.0,
-        description="speed limit of the TCP on a travel within retract_mm of the bead that it leaves or "
-        "approaches; farther off only the axes limit it",
+        description="speed limit of the TCP on a travel as long as it is within retract_mm of the end of the bead that "
+        "it leaves, and once it is within retract_mm of the start of the next; between these only the axes limit it, "
+        "also where it passes over beads; motions and programs from outside are not held to it",
     )
     retract_mm: Annotated[float, number_within(0.01, 1e4)] = Field(
         30.0, description="distance by which the torch draws back from a bead before it travels"
