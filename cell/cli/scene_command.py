@@ -24,12 +24,12 @@ def run(args: argparse.Namespace) -> int:
     refuse_outputs(args, case, "xml")
     from ..job.job import prepare
     from ..report.scene_contents import look_into_scene, scene_lines
-    from ..scene.scene import table_angles
+    from ..scene.scene import case_table
     from ..scene.standalone import standalone_xml
 
     scene = prepare(case).scene
     if args.xml:
         write_text(args.xml, standalone_xml(scene))
         return FEASIBLE
-    say(scene_lines(look_into_scene(scene, table_angles(scene, case.table.E1_deg, case.table.E2_deg))), sys.stdout)
+    say(scene_lines(look_into_scene(scene, case_table(case, scene))), sys.stdout)
     return FEASIBLE

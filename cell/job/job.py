@@ -55,7 +55,7 @@ from ..progress import phase
 from ..scene.compose import compose
 from ..scene.drives import Drives, drives
 from ..scene.placement import place_targets
-from ..scene.scene import Scene, table_angles
+from ..scene.scene import Scene, case_table
 from ..units import METRES_PER_MM
 from .bead_support import BeadOverhang, bead_overhang_warnings, bead_thickness_warnings, unsupported_beads
 from .beside_body import pieces_beside
@@ -139,7 +139,7 @@ class Job:
     @property
     def Ts_base_target(self) -> Floats:
         """Targets at roll 0 at the case's own table pose, (n, 4, 4), m, base frame."""
-        table = table_angles(self.scene, self.case.table.E1_deg, self.case.table.E2_deg)
+        table = case_table(self.case, self.scene)
         return place_targets(self.targets, self.scene.T_base_part(*table)).Ts_base_target
 
     @property

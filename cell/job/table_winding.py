@@ -21,7 +21,7 @@ from slicing import Code, Targets, Warning
 
 from ..arrays import Ints
 from ..case.sections import Case
-from ..scene.scene import Scene, table_angles
+from ..scene.scene import Scene, case_table
 from ..scene.table_freedom import NAMES, TURN, TableFreedom
 
 UPRIGHT_DEG = 10.0  # where the case does not say how far off up the deposition direction may be
@@ -41,8 +41,7 @@ def freedom_of(case: Case, scene: Scene) -> TableFreedom:
     Raises:
         InputError: an axis that stands has no such angle.
     """
-    held = table_angles(scene, case.table.E1_deg, case.table.E2_deg)
-    return TableFreedom.of(scene, case.table.axes or NAMES, held)
+    return TableFreedom.of(scene, case.table.axes or NAMES, case_table(case, scene))
 
 
 def for_moving_table(case: Case, scene: Scene, targets: Targets) -> tuple[Targets, tuple[Warning, ...]]:

@@ -205,3 +205,29 @@ def table_angles(scene: Scene, E1_deg: float, E2_deg: float) -> tuple[float, flo
         E2 = same[0] if same else E2
     scene.check_table(E1, E2)
     return float(E1), float(E2)
+
+
+def case_table(case: Case, scene: Scene) -> tuple[float, float]:
+    """Table angles of a case: those of an axis that stands, and any angle of an axis that the table's mode moves.
+
+    What a case says of an axis that moves means nothing, and need not be in the axis' range: 0 where it is left out.
+
+    Args:
+        case: the case.
+        scene: its cell.
+
+    Returns:
+        E1, E2, rad; of an axis that moves and has no such angle the end of its range that is nearest to it.
+
+    Raises:
+        InputError: an axis that stands has no such angle.
+    """
+    table = case.table
+    moves = () if table.mode == "fixed" else table.axes or ("E1", "E2")
+    angles = []
+    for name, deg, (low, high) in zip(
+        ("E1", "E2"), (table.E1_deg, table.E2_deg), np.rad2deg(scene.table_range).tolist(), strict=True
+    ):
+        has = any(low <= deg + turn <= high for turn in (0, -360, 360))
+        angles.append(deg if has or name not in moves else min(max(deg, low), high))
+    return table_angles(scene, angles[0], angles[1])

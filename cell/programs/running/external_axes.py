@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ik.chain import Floats
 
 from ...job.job import Job
-from ...scene.scene import Scene, table_angles
+from ...scene.scene import Scene, case_table
 from ..program import Moves
 
 OPEN = np.deg2rad(0.5)  # from half a turn, within which either way may be the shorter one
@@ -69,5 +69,5 @@ def shorter_turns(moves: Moves, job: Job) -> list[tuple[int, int, float, float]]
 
 def _given(moves: Moves, job: Job) -> Floats:
     """The numbers of the points."""
-    stands = np.array(table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
+    stands = np.array(case_table(job.case, job.scene))
     return np.where(np.isfinite(moves.external), moves.external, stands)

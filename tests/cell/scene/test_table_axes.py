@@ -11,13 +11,16 @@ import numpy as np
 import pytest
 import yaml
 from support.cells.arm_models import table
+from support.cells.skew_tables import skew_job
 
 from cell.case.read import load_case, parse_case
 from cell.collision.proofs.reach_radii import table_radii
 from cell.collision.table_clearances import table_alone
 from cell.errors import InputError
 from cell.job.job import Job, prepare
+from cell.job.table_winding import freedom_of
 from cell.pose_sweep.grid import grid
+from cell.scene.scene import case_table
 from cell.scene.standalone import standalone_xml
 from cell.verdict.check import check_fixed
 from slicing.warning import Code
@@ -160,3 +163,19 @@ def test_joints_that_are_called_the_other_way_round_are_refused(job):
     swapped = table().replace('"E1"', '"x"').replace('"E2"', '"E1"').replace('"x"', '"E2"')
     with pytest.raises(InputError, match="E2 carries E1, so it is E1 in a case, in reports and in programs"):
         job(swapped, positioner={"joints": ["E2", "E1"]})
+
+
+def test_what_a_case_says_of_an_axis_that_its_mode_moves_need_not_be_in_the_range(tmp_path: Path) -> None:
+    """0, as where it is left out, is no angle of this axis, and no whole turn away from one."""
+    far = 'range="400 640"'
+    moving = skew_job(tmp_path, far, table={"mode": "coordinated"})
+    E1, E2 = case_table(moving.case, moving.scene)
+    assert E1 == 0.0
+    assert np.rad2deg(E2) == pytest.approx(400)
+    freedom = freedom_of(moving.case, moving.scene)
+    assert np.rad2deg([freedom.low[1], freedom.high[1]]) == pytest.approx([400, 640])
+    standing = skew_job(tmp_path, far)
+    with pytest.raises(InputError, match="E2 = 0 deg is outside"):
+        case_table(standing.case, standing.scene)
+    with pytest.raises(InputError, match="E2 = 0 deg is outside"):
+        skew_job(tmp_path, far, table={"mode": "coordinated", "axes": ["E1"]})
