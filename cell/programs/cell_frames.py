@@ -21,7 +21,7 @@ from ..scene.scene import Scene
 
 
 def T_base_root(job: Job) -> Floats:
-    """Where the positioner stands in the arm's base, (4, 4), m: its measured root, or the case's place of it."""
+    """Where the positioner stands in the arm's base, (4, 4), m: its measured root, or its model's outermost body."""
     scene, calibration = job.scene, job.case.positioner.calibration
     if calibration is not None:
         return inverse(scene.T_world_base()) @ frame_from_mm_deg(calibration.root_mm_deg)
