@@ -102,6 +102,9 @@ class Schedule:
         some = f.exact(normals, aim)
         if not f.moves[1]:
             return self._tilted(some[0], bead_of_target)
+        if f.moves[0]:
+            # in one piece over its range, before one solution is followed from target to target
+            some = np.stack([np.stack([f.wrapped(each)[:, 0], each[:, 1]], axis=1) for each in some])
         width = f.turns(normals, some[0], self.upright).min(axis=1)
         free = width >= np.pi / 2  # E2 does as it likes: another solution may follow
         out = np.empty_like(some[0])
@@ -114,14 +117,30 @@ class Schedule:
                 bead = self._one_bead(mine, free[first:stop], min(start, len(some) - 1))
                 turns, over = self._turns(bead[:, 1], wide, None if before is None else float(before[1]))
                 bead[:, 1] += turns
+                if f.moves[0]:
+                    over += self._tilted_into_range(bead, None if before is None else float(before[0]))
                 beads.append((round(over, 6), bead))
-            # the other solution only where this one does not fit into the range
+            # the other solution only where this one does not fit into the ranges
             bead = min(beads, key=lambda each: each[0])[1]
             out[first:stop], before = bead, bead[-1]
         if f.moves[0] and free.any():
             E1 = f.kinematics.nearest(normals[free], out[free, 1], 0, aim)
-            out[free, 0] = (E1 + np.pi) % TURN - np.pi
+            about = out[free, 0] if self._tilts_round() else f.middle(0)
+            out[free, 0] = (E1 - about + np.pi) % TURN - np.pi + about
         return out
+
+    def _tilts_round(self) -> bool:
+        """Whether E1 has a whole turn or more, so that the same direction comes at several of its angles."""
+        return not self.freedom.high[0] - self.freedom.low[0] < TURN
+
+    def _tilted_into_range(self, bead: Floats, before: float | None) -> float:
+        """Add whole turns to E1 of one bead's angles (t, 2), so that it is in its range; how far it is outside, rad."""
+        if self._tilts_round():
+            bead[:, 0] = np.unwrap(bead[:, 0])
+            turns, _ = self._turns(bead[:, 0], np.zeros((len(bead), 2)), before, axis=0)
+            bead[:, 0] += turns
+        low, high = self.freedom.low[0] - self.upright, self.freedom.high[0] + self.upright
+        return float(np.maximum(np.maximum(bead[:, 0] - high, low - bead[:, 0]), 0.0).max())
 
     def _tilted(self, exact: Floats, bead_of_target: Ints) -> Floats:
         """Angles (n, 2) of a table that E1 alone moves: steady along a bead, in turns that it has."""
@@ -151,6 +170,8 @@ class Schedule:
         for i in fixed[1:].tolist():
             there = some[:, i].copy()
             there[:, 1] += TURN * np.round((last[1] - there[:, 1]) / TURN)
+            if self._tilts_round():
+                there[:, 0] += TURN * np.round((last[0] - there[:, 0]) / TURN)
             # the other solution is nearer only across the place where E2 is undefined
             k = int(np.argmin((np.abs(there - last) / speed).max(axis=1)))
             out[i] = last = there[k]
@@ -170,7 +191,9 @@ class Schedule:
             The turns, and how far the bead is outside the range with them, rad.
         """
         low, high = self.freedom.low[axis], self.freedom.high[axis]
-        turns = TURN * (np.arange(-2, 3) + np.round(-angle.mean() / TURN))
+        ends = [abs(at) / TURN for at in (low, high, 0.0 if before is None else before) if np.isfinite(at)]
+        most_turns = 2 + int(np.ceil(max(ends)))
+        turns = TURN * (np.arange(-most_turns, most_turns + 1) + np.round(-angle.mean() / TURN))
         over = np.zeros(len(turns))
         if np.isfinite(low) and np.isfinite(high):
             most, least = (angle - width[:, 0]).max(), (angle + width[:, 1]).min()

@@ -104,7 +104,12 @@ def split_beads(targets: Targets, freedom: TableFreedom, upright: float) -> tupl
 def _cuts(normals: Floats, freedom: TableFreedom, upright: float) -> list[int]:
     """Targets of a bead at which it is split; none where that is of no use."""
     intervals = []
-    for exact in freedom.exact(normals):
+    solutions = freedom.exact(normals)
+    # a solution that E1 cannot follow splits nothing, where there is one that it can
+    E1 = [freedom.wrapped(s)[:, 0] for s in solutions]
+    off = [freedom.off_at_turn(normals, s[:, 1], tilt).max() for s, tilt in zip(solutions, E1, strict=True)]
+    followed = [s for s, most in zip(solutions, off, strict=True) if most <= upright]
+    for exact in followed or solutions:
         E2, down, up = wound(normals, exact, freedom, RESERVE * upright)
         intervals.append((E2 - down, E2 + up))
     cuts = _greedy(intervals, freedom)

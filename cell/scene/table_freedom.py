@@ -63,13 +63,14 @@ class TableFreedom:
         """Table angles (m, 2) turned by whole turns into the axes' ranges where that can be."""
         out = tables.copy()
         for k in range(2):
-            low, high = self.low[k], self.high[k]
-            if not np.isfinite(low) or not np.isfinite(high):
-                continue
-            middle = (low + high) / 2
-            near = out[:, k] - TURN * np.round((out[:, k] - middle) / TURN)
-            out[:, k] = near
+            if np.isfinite(self.high[k] - self.low[k]):
+                out[:, k] -= TURN * np.round((out[:, k] - self.middle(k)) / TURN)
         return out
+
+    def middle(self, k: int) -> float:
+        """The middle of an axis' range, rad; 0 of an endless axis."""
+        low, high = float(self.low[k]), float(self.high[k])
+        return (low + high) / 2 if np.isfinite(high - low) else 0.0
 
     def exact(self, normals: Floats, aim: Floats | None = None) -> Floats:
         """Angles that bring directions nearest to up, or to an aim, their ranges aside.
@@ -152,17 +153,18 @@ class TableFreedom:
         out = np.zeros((len(normals), 2))
         if not self.moves[1]:
             return out
+        about = self.wrapped(tables)[:, 0]
         for k, side in enumerate((-1.0, 1.0)):
             low, high = np.zeros(len(normals)), np.full(len(normals), np.pi)
             # what grows first falls again beyond a quarter of a turn
             ends = (np.pi, np.pi / 2)
             free = np.logical_and.reduce(
-                [self.off_at_turn(normals, tables[:, 1] + side * e, tables[:, 0]) <= upright for e in ends]
+                [self.off_at_turn(normals, tables[:, 1] + side * e, about) <= upright for e in ends]
             )
             high[~free] = np.pi / 2
             for _ in range(BISECTIONS):
                 middle = (low + high) / 2
-                good = self.off_at_turn(normals, tables[:, 1] + side * middle, tables[:, 0]) <= upright
+                good = self.off_at_turn(normals, tables[:, 1] + side * middle, about) <= upright
                 low, high = np.where(good, middle, low), np.where(good, high, middle)
             out[:, k] = np.where(free, np.pi, low)
         return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -143,3 +144,48 @@ def test_one_axis_takes_a_ring_round_in_one_way(turn: str, tmp_path: Path) -> No
     assert len(set(np.sign(step[np.abs(step) > 1e-6]))) == 1
     assert np.abs(way.tables[:, 0]).max() <= np.deg2rad(345) or not turn
     assert not way.tables[:, 1].any()
+
+
+def with_ranges(job: Job, E1_deg: tuple[float, float], E2_deg: tuple[float, float], cone: float = CONE) -> Schedule:
+    """A table of the same axes with other ranges."""
+    whole = schedule(job, cone)
+    low, high = np.deg2rad([E1_deg, E2_deg]).T
+    return replace(whole, freedom=replace(whole.freedom, low=low, high=high))
+
+
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("E2_deg", [(-1100.0, -330.0), (1500.0, 2260.0)])
+def test_a_table_whose_ranges_are_on_one_side_of_0_uses_the_solution_that_it_has(
+    job: Job, side: int, E2_deg: tuple[float, float]
+) -> None:
+    """Of the two solutions, tilted to either side, this table has one; and E2 several turns away from 0."""
+    own = with_ranges(job, (30.0, 160.0), E2_deg)
+    ring = tilted(np.full(60, 90.0), np.linspace(0.0, 340.0, 60))
+    way = own.along(ring, np.zeros(60, dtype=np.int64), np.full(59, 2e-3), side=side)
+    assert way.off.max() <= CONE
+    assert (way.tables >= own.freedom.low - 1e-9).all()
+    assert (way.tables <= own.freedom.high + 1e-9).all()
+
+
+@pytest.mark.parametrize("E1_deg", [(100.0, 260.0), (-90.0, 360.0), (-np.inf, np.inf)])
+def test_a_tilt_goes_on_beyond_half_a_turn(job: Job, E1_deg: tuple[float, float]) -> None:
+    tilt = np.linspace(150.0, 210.0, 61)  # over the place opposite of the turning axis
+    own = with_ranges(job, E1_deg, (-185.0, 135.0), np.deg2rad(2.0))
+    normals = tilted(tilt, np.full(61, 20.0))
+    for side in (0, 1):
+        way = own.along(normals, np.zeros(61, dtype=np.int64), np.full(60, 2e-3), side=side)
+        if way.off.max() <= own.upright:
+            break
+    assert way.off.max() <= own.upright
+    assert np.ptp(way.tables[:, 0]) < np.deg2rad(65.0)
+
+
+def test_an_endless_turn_goes_on_from_bead_to_bead(job: Job) -> None:
+    """A ring on a ring: nothing is turned back between them, however often the table has turned."""
+    own = with_ranges(job, (-135.0, 135.0), (-np.inf, np.inf))
+    rings, count = 8, 40
+    normals = np.concatenate([tilted(np.full(count, 90.0), np.linspace(0.0, 360.0, count))] * rings)
+    bead = np.repeat(np.arange(rings), count)
+    way = own.along(normals, bead, np.full(rings * count - 1, 2e-3))
+    assert way.off.max() <= CONE
+    assert np.abs(np.diff(way.tables[:, 1])).max() < np.deg2rad(25.0)
