@@ -370,7 +370,9 @@ class BeadSearch:
         _, found, node = self._least_bad[i]
         roll = round(float(np.rad2deg(self.nodes.rolls[node[0]])), 3)
         # one roll alone and all configurations of it, none of them one of endlessly many: nothing is left to check
-        exhaustive = bool(self.nodes.exhaustive and self.nodes.window.is_fixed and self.context.limits.wrist > 0)
+        limits = self.context.limits
+        counted = min(limits.wrist, limits.elbow, limits.shoulder) > 0
+        exhaustive = bool(self.nodes.exhaustive and self.nodes.window.is_fixed and counted)
         failure = replace(self.context.describe(found, 0), roll_deg=roll, proved=exhaustive)
         return TargetFailure(failure, self.nodes.q[i][node].copy())  # not all candidates of the bead with it
 

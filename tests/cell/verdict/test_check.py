@@ -141,12 +141,13 @@ def test_proved_only_where_nothing_is_left_to_look_at(make_case):
     assert not any(row.proved for row in blocked.rows)
 
 
-@pytest.mark.parametrize(("wrist_deg", "proved"), [(5, True), (0, False)])
-def test_a_collision_is_proved_where_the_configurations_can_be_counted(make_case, wrist_deg, proved):
-    """With A4 and A6 in line, which no margin forbids then, endlessly many of them reach a target."""
+@pytest.mark.parametrize(
+    ("checks", "proved"), [({"wrist_deg": 5}, True), ({"wrist_deg": 0}, False), ({"shoulder_mm": 0}, False)]
+)
+def test_a_collision_is_proved_where_the_configurations_can_be_counted(make_case, checks, proved):
+    """With A4 and A6 in line, or the wrist over A1, which no margin forbids then, endlessly many reach a target."""
     clamp = {"name": "clamp", "on": "table", "position_mm": [-120, 0, 130], "box": {"size_mm": [120, 120, 120]}}
     few = {"h_layer_mm": 3, "h_min_mm": 2, "h_max_mm": 4}
-    checks = {"wrist_deg": wrist_deg}
     result = run(make_case(slicing=few, roll={"fixed_deg": -60}, fixtures=[clamp], checks=checks))
     assert reasons(result) == {"collision"}
     assert {row.proved for row in result.rows} == {proved}
