@@ -147,6 +147,7 @@ MUTANTS = (
     Mutant("cell/collision/proofs/few_corners.py", "(reach[more] > known[of[more], None]).any(axis=0)", "(reach[more] > known[of[more], None]).all(axis=0)", (CORNERS,)),
     Mutant("cell/collision/blend_sheets.py", "+ ROUNDED * (stop - first + 4)[:, None] * large", "", (SHEETS,)),
     Mutant("cell/collision/blend_sheets.py", "step = np.diff(self._t)[:, None]", "step = np.diff(self._local)[:, None]", (SHEETS,)),
+    Mutant("cell/verification/blended_motion.py", "np.where(turned <= NO_MOVE, -1", "np.where(moved <= NO_MOVE, -1", ("cell/verification/test_table_corners.py",)),
     Mutant("cell/collision/proofs/laid_covers.py", ", scene.deposit_of_geom[ids].tobytes()", "", (COVERS,)),
     Mutant("cell/collision/blend_bisection.py", "found=replace(known.found, distance=low)", "found=known.found", (ROUNDINGS,)),
     Mutant("cell/collision/proofs/laid_covers.py", "_together(blocks + later)", "_together(blocks or later)", (COVERS,)),

@@ -44,9 +44,11 @@ def _runs(job: Job, read: ReadMotion, rows: SampledMotion) -> Iterator[tuple[int
         yield from ((run.first, run.last, run.s, run.zone) for run in read.blended)
         return
     away = np.linalg.norm(np.diff(rows.Ts_part_tcp[:, :3, 3], axis=0), axis=1)
-    moved = np.where(motion.welding, away, np.linalg.norm(np.diff(rows.q, axis=0), axis=1))
+    turned = np.linalg.norm(np.diff(rows.q, axis=0), axis=1)
+    # a turn about the TCP in one place is no stop: corners beside it are rounded, over hardly any length of its own
+    moved = np.where(motion.welding, np.maximum(away, NO_MOVE), turned)
     zones = {True: job.case.process.blend_mm * METRES_PER_MM, False: TRAVEL_ZONE}
-    kind = np.where(moved <= NO_MOVE, -1, motion.welding)
+    kind = np.where(turned <= NO_MOVE, -1, motion.welding)
     starts = np.flatnonzero(np.diff(kind, prepend=-2))
     for a, b in zip(starts.tolist(), [*starts[1:].tolist(), len(kind)], strict=True):
         if kind[a] >= 0 and b - a > 1:

@@ -82,3 +82,22 @@ def test_a_table_that_stands_is_not_looked_at(job: Job, monkeypatch: pytest.Monk
     q = np.zeros((3, job.scene.chain.n + 2))
     way = SampledMotion(np.arange(3), q, np.tile(np.eye(4), (3, 1, 1)), np.tile(np.eye(4), (3, 1, 1)))
     assert table_blend_collisions(job, [], way, np.zeros(3, dtype=np.int64)) == []
+
+
+def test_a_turn_about_the_tcp_is_no_stop_on_a_bead_but_a_wait_is():
+    """Where the torch turns in one place the corners before and behind it are rounded across the turn."""
+    at = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0, 4.0, 5.0]) * 1e-3
+    q = np.zeros((8, 8))
+    q[:, 0], q[3:, 3] = at, 0.4  # turns at 2 mm, waits at 4 mm
+    Ts = np.tile(np.eye(4), (8, 1, 1))
+    Ts[:, 0, 3] = at
+    sampled = SampledMotion(np.minimum(np.arange(8), 6), q, Ts, np.tile(np.eye(4), (8, 1, 1)))
+    read = SimpleNamespace(
+        row=np.arange(8), motion=SimpleNamespace(welding=np.ones(7, dtype=bool)), blended=None, grain=(0.0, 0.0)
+    )
+    job = SimpleNamespace(case=SimpleNamespace(process=SimpleNamespace(blend_mm=1.0)))
+    (run,) = sampled_runs(job, read, sampled, sampled)
+    assert (run.low, run.high, run.zone) == (0, 5, 1e-3)
+    assert (np.diff(run.length) > 0).all()
+    rounded = blended(q[:6], run.length, run.zone)
+    assert 0.05 < rounded[2, 3] < 0.35  # the turn has begun before its place is reached, and is done behind it

@@ -12,6 +12,7 @@ from support.jobs.boss_motion import boss_case, result_of
 from cell.failure import CollisionPlace
 from cell.verification.bead_samples import SampleSpacing, dense, rows_of
 from cell.verification.collisions import _wire_collisions
+from cell.verification.laid_deposits import LaidDeposits
 from ik.closed_form import solve
 from ik.spherical_wrist import recognise
 
@@ -41,7 +42,7 @@ def test_between_two_samples_on_either_side_of_a_boss(tmp_path: Path, up: float)
     moved = replace(m, t_s=np.array([0.0, 1.0]), q=q, arc=np.zeros(2, dtype=m.arc.dtype), **names)
     way = dense(job, moved, rows_of(job, moved), SampleSpacing(10.0, 10.0), np.ones(1, dtype=bool))
     assert len(way.q) == 2
-    found = _wire_collisions(job, moved, way, np.full(2, job.scene.n_deposits))
+    found = _wire_collisions(job, moved, way, LaidDeposits(*(np.full(k, job.scene.n_deposits) for k in (2, 1))))
     assert len(found) == (1 if up == 0.0 else 0)
     for hit in found:
         assert hit.failure.contact.seen is CollisionPlace.BETWEEN_ROWS
