@@ -4,7 +4,7 @@ Use:
 
     asked_distances(moves)                    # (m,) m, by C_DIS and C_VEL
     rounded_distances(moves, path)            # of those no more than half of the longer move at the corner
-    corner_reach(moves, 7, before, after)     # how far the corner between moves 6 and 7 reaches into either
+    corner_reach(moves, 6, 7, before, after)  # how far the corner between moves 6 and 7 reaches into either
 
 At a corner between a move of axes and a line each move has its own measure: $APO.CPTP says how far the rounding reaches
 into the move of axes, whatever word the line has, and C_DIS, C_VEL or C_ORI how far it reaches into the line. Of two
@@ -54,7 +54,8 @@ class CornerSide:
     """A move at a corner, from the corner outwards.
 
     Attributes:
-        s: length of its way, (m,), ascending from 0: of the axes, rad, of a move of axes; of the TCP, m, of a line.
+        s: length of its way, (m,), ascending from 0: of the axes, rad, of a move of axes and of a line that only turns
+            the tool; of the TCP, m, of any other.
         away: distance of the TCP from the corner, (m,), m.
         way: length of the TCP's way, m.
     """
@@ -76,33 +77,34 @@ class CornerSide:
         return share * float(self.s[-1]) / 2
 
 
-def corner_reach(moves: Moves, k: int, before: CornerSide, after: CornerSide) -> tuple[float, float]:
-    """How far the rounding of a corner reaches into the moves at it, of which not both are moves of axes.
+def corner_reach(moves: Moves, i: int, k: int, before: CornerSide, after: CornerSide) -> tuple[float, float]:
+    """How far the rounding of a corner reaches into the moves at it, of which not both are in one run.
 
     Args:
         moves: of the program.
-        k: the move that begins at the corner.
-        before: the move that ends there.
+        i: the move whose words round the corner: the one that ends there, or one that stays there.
+        k: the move that leaves it.
+        before: the move that leads there.
         after: move k.
 
     Returns:
         Length of the one before, and of the one after, in the units of the two sides.
     """
-    share, distance = share_of_axes(moves, k), float(asked_distances(moves)[k - 1])
+    distance = float(asked_distances(moves)[i])
     half = max(before.way, after.way) / 2
-    if moves.kind[k - 1] == MoveKind.AXES:
-        joined = distance if distance > 0 else float(np.nan_to_num(moves.line_corner[k - 1], nan=half))
-        begins = max(before.within(min(distance, half)), before.of_half(float(moves.blend_share[k - 1])))
-        return begins, max(after.within(min(joined, half)), after.of_half(share))
+    if moves.kind[i] == MoveKind.AXES:
+        joined = distance if distance > 0 else float(np.nan_to_num(moves.line_corner[i], nan=half))
+        begins = max(before.within(min(distance, half)), before.of_half(float(moves.blend_share[i])))
+        return begins, max(after.within(min(joined, half)), after.of_half(share_of_axes(moves, i, k)))
     begins, ends = (side.within(min(distance, half)) for side in (before, after))
     if moves.kind[k] == MoveKind.AXES:
         ends = max(ends, after.of_half(_joined_share(moves, k)))
     return begins, ends
 
 
-def share_of_axes(moves: Moves, k: int) -> float:
-    """Share of half its way over which the move of axes before move k is left, or move k joined (C_PTP): the larger."""
-    share = float(moves.blend_share[k - 1])
+def share_of_axes(moves: Moves, i: int, k: int) -> float:
+    """Share of half its way over which a move of axes i is left, or move k joined (C_PTP): the larger."""
+    share = float(moves.blend_share[i])
     return max(share, _joined_share(moves, k)) if share > 0 else 0.0
 
 

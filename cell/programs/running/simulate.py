@@ -215,7 +215,7 @@ class _Clock:
                 blend = float(self.moves.blend[move[k]])
                 near = np.interp([gone[k + 1] - blend, gone[k + 1] + blend], gone, s)
                 longer = max(begins[n + 1] - begins[n], begins[n + 2] - begins[n + 1])
-                by_share = share_of_axes(self.moves, int(move[k + 1])) * longer / 2
+                by_share = share_of_axes(self.moves, int(move[k]), int(move[k + 1])) * longer / 2
                 zones.append(max(s[k + 1] - near[0], near[1] - s[k + 1], by_share))
             zone = min(max(zones), s[-1] / 2)
         if zone > 0:
@@ -298,17 +298,20 @@ class _Clock:
         other = (m.kind[1:] == MoveKind.AXES) != (m.kind[:-1] == MoveKind.AXES)
         other |= (m.kind[1:] != MoveKind.AXES) & ((m.tool[1:] != m.tool[:-1]) | (m.base[1:] != m.base[:-1]))
         out = []
-        for k in (np.flatnonzero(other) + 1).tolist():
-            first, corner, stop = np.searchsorted(move, [k - 1, k, k + 1]).tolist()
-            if k < 2 or self._stops(k) or not first < corner < stop:
+        begins = np.flatnonzero(np.diff(move)) + 1  # rows; moves that go nowhere have none
+        for first, corner, stop in zip(np.append(1, begins), begins, np.append(begins[1:], len(move)), strict=False):
+            last, k = int(move[corner - 1]), int(move[corner])
+            between = range(last + 1, k + 1)
+            if last < 1 or not other[last:k].any() or any(self._stops(j) for j in between):
                 continue
-            before, after = self._side(axes[first - 1 : corner][::-1], k - 1), self._side(axes[corner - 1 : stop], k)
-            begins, ends = corner_reach(m, k, before, after)
-            if max(begins, ends) > 0:
+            before = self._side(axes[first - 1 : corner][::-1], last)
+            after = self._side(axes[corner - 1 : stop], k)
+            reach = np.array([corner_reach(m, j - 1, k, before, after) for j in between]).max(axis=0)
+            if reach.max() > 0:
                 # the move behind the corner is stretched, so that the rounding reaches as far on either side
-                stretch = max(begins, NO_MOVE) / max(ends, NO_MOVE)
-                s = np.concatenate([before.s[-1] - before.s[::-1], before.s[-1] + after.s[1:] * stretch])
-                out.append(BlendedRows(first - 1, stop - 1, s, max(begins, NO_MOVE)))
+                zone, ends = np.maximum(reach, NO_MOVE).tolist()
+                s = np.concatenate([before.s[-1] - before.s[::-1], before.s[-1] + after.s[1:] * zone / ends])
+                out.append(BlendedRows(int(first) - 1, int(stop) - 1, s, zone))
         return out
 
     def _side(self, axes: Floats, k: int) -> CornerSide:
@@ -319,7 +322,8 @@ class _Clock:
             T = inverse(tables_seen_from_base(self.job.scene, axes[:, -2:])) @ T
         p = T[:, :3, 3]
         step = np.linalg.norm(np.diff(p, axis=0), axis=1)
-        by = np.linalg.norm(np.diff(axes, axis=0), axis=1) if self.moves.kind[k] == MoveKind.AXES else step
+        by_axes = self.moves.kind[k] == MoveKind.AXES or step.sum() <= EXACT_STOP  # a line that only turns the tool
+        by = np.linalg.norm(np.diff(axes, axis=0), axis=1) if by_axes else step
         s = np.concatenate([[0.0], np.cumsum(np.maximum(by, NO_MOVE))])
         return CornerSide(s, np.linalg.norm(p - p[0], axis=1), float(step.sum()))
 

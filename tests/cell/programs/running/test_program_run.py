@@ -288,6 +288,20 @@ CORNERS = {  # statements, and what has to be rounded of the moves at the corner
 }
 
 
+CORNERS |= {  # with a move in between that goes nowhere
+    "a PTP, a line to where it is, a line": (
+        "$APO={CDIS 7,CPTP 30}\nPTP_REL {A1 40} C_PTP C_DIS\nLIN_REL {Z 0} C_DIS\nLIN_REL {Z -100}\n",
+        (None, 30),
+        (7.0, None),
+    ),
+    "a line, a PTP to where it is, a PTP": (
+        "$APO={CDIS 5,CPTP 80}\nLIN_REL {Z -100} C_DIS\nPTP_REL {X 0} C_PTP\nAWAY\n",
+        (5.0, None),
+        (None, 80),
+    ),
+}
+
+
 @pytest.mark.parametrize("what", CORNERS)
 def test_a_corner_reaches_into_a_move_by_the_measure_of_that_move(what: str, tmp_path: Path) -> None:
     boss = boss_program()
@@ -295,7 +309,7 @@ def test_a_corner_reaches_into_a_move_by_the_measure_of_that_move(what: str, tmp
     (tmp_path / "T.src").write_text(f"DEF T ( )\n{BEGIN}{text.replace('AWAY', AWAY)}END\n")
     run = run_program(read_krl(tmp_path / "T.src", cell_controller(boss.job)), boss.job)
     (corner,) = run.runs
-    at = int(np.searchsorted(run.move, 2)) - 1
+    at = int(np.searchsorted(run.move, 1, side="right")) - 1
     s, q = corner.s - corner.s[at - corner.first], run.motion.q[corner.first : corner.last + 1]
     tcp = np.array([in_mujoco(one, run.motion.table[0], "tcp")[0] for one in q])
     for where, rows, (mm, percent) in zip((-corner.zone, corner.zone), (s <= 0, s >= 0), sides, strict=True):
