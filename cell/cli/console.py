@@ -18,9 +18,7 @@ from .verbosity import is_quiet
 if TYPE_CHECKING:
     from rich.console import Console
 
-PIPE_WIDTH = (
-    100_000  # characters: in a pipe a message is one line, however long; columns are as wide as they have to be
-)
+PIPE_WIDTH = 100_000  # characters: in a pipe a message is one line, and columns are as wide as they have to be
 
 
 def console(stream: IO[str]) -> Console:

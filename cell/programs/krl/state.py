@@ -123,9 +123,7 @@ class ControllerState:
         self.modes: dict[str, str] = {}  # of interpolation, where they have been set
         self.arc = False
         self.continues = False  # CONTINUE: the next stop of the advance run is none
-        self.external_active: bool | None = (
-            None  # whether $ACT_EX_AX, or BAS, makes the table's axes count; None: unset
-        )
+        self.external_active: bool | None = None  # whether $ACT_EX_AX or BAS makes the table's axes count; None: unset
         self._burnt = 0  # moves when the arc went on
         self._stood = False  # it has waited since, for a time that is not known
         self._doubts: dict[str, list[int]] = {}  # first move and how many, by what it is
