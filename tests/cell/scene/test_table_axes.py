@@ -174,6 +174,8 @@ def test_what_a_case_says_of_an_axis_that_its_mode_moves_need_not_be_in_the_rang
     assert np.rad2deg(E2) == pytest.approx(400)
     freedom = freedom_of(moving.case, moving.scene)
     assert np.rad2deg([freedom.low[1], freedom.high[1]]) == pytest.approx([400, 640])
+    searched = skew_job(tmp_path, far, table={"mode": "best"})  # as its program is read
+    assert np.rad2deg(case_table(searched.case, searched.scene)) == pytest.approx((0, 400))
     standing = skew_job(tmp_path, far)
     with pytest.raises(InputError, match="E2 = 0 deg is outside"):
         case_table(standing.case, standing.scene)
