@@ -210,7 +210,7 @@ def _bowed_pieces(layer: Layer, surface: Cylinder, beyond: float, few: bool) -> 
         yield from _by_sectors(layer, surface, beyond, few)
         return
     for polygon in _polygons(layer, surface, beyond):
-        for piece in _cut(polygon):
+        for piece in _cut(polygon, np.pi * surface.radius):
             # straight in the unrolled plane is bowed in space: corners alone would cut the crown off
             bowed = piece.segmentize(2 * np.sqrt(SIMPLIFY_MM * surface.radius))
             yield surface.lifted(np.asarray(bowed.exterior.coords)[:-1])
@@ -283,25 +283,27 @@ def _same_turn(surface: Cylinder | Plane, points: Floats, like: Floats) -> Float
     return flat
 
 
-def _cut(region: Polygon) -> Iterator[Polygon]:
-    """Halve a region across its longer side until every piece fills its hull."""
+def _cut(region: Polygon, widest: float = np.inf) -> Iterator[Polygon]:
+    """Halve a region until every piece fills its hull and is no wider: more than half a turn closes about the axis."""
     import shapely
 
     for polygon in getattr(region, "geoms", [region]):
         if polygon.is_empty or polygon.geom_type != "Polygon":
             continue
         x0, y0, x1, y1 = polygon.bounds
-        if polygon.area >= FILLED * polygon.convex_hull.area or max(x1 - x0, y1 - y0) < SMALLEST_MM:
+        wide = x1 - x0 > widest
+        filled = polygon.area >= FILLED * polygon.convex_hull.area or max(x1 - x0, y1 - y0) < SMALLEST_MM
+        if filled and not wide:
             yield polygon
             continue
         xm, ym = (x0 + x1) / 2, (y0 + y1) / 2
         halves = (
             (shapely.box(x0, y0, xm, y1), shapely.box(xm, y0, x1, y1))
-            if x1 - x0 > y1 - y0
+            if wide or x1 - x0 > y1 - y0
             else (shapely.box(x0, y0, x1, ym), shapely.box(x0, ym, x1, y1))
         )
         for half in halves:
-            yield from _cut(polygon.intersection(half))
+            yield from _cut(polygon.intersection(half), widest)
 
 
 Point = tuple[float, float]
