@@ -44,6 +44,7 @@ BESIDE = "cell/job/test_beside_body.py"
 BUILT = "cell/job/test_built_solids.py"
 ROUND_SECTORS = "slicing/deposits/test_round_sectors.py"
 PLANAR_METAL = "slicing/deposits/test_planar_metal.py"
+NONUNIFORM_METAL = "slicing/deposits/test_nonuniform_metal.py"
 PROMISED = "acceptance/test_promised_numbers.py"
 SUPPORTED = "cell/job/test_bead_support.py"
 THEIRS = "cell/job/test_toolpaths.py"
@@ -298,6 +299,7 @@ MUTANTS = (
     Mutant("slicing/layers/layer.py", "return self.layers[layer].surface.level - self.layers[layer - 1].surface.level", "return 0.0", (PLANAR_METAL,)),
     Mutant("slicing/deposits/part_shape.py", "return np.concatenate([flat, flat - surface.distance(flat)[:, None] * surface.normals(flat)])", "return flat", (ROUND_SECTORS,)),
     Mutant("slicing/deposits/part_shape.py", "    if np.abs(off).max() <= SIMPLIFY_MM:", "    if True:", (ROUND_SECTORS,)),
+    Mutant("slicing/deposits/part_shape.py", "np.where(thick > height + SAME_MM, thick, height)", "height", (NONUNIFORM_METAL,)),
     Mutant("slicing/deposits/part_shape.py", "only_areas(shapely.make_valid(shapely.Polygon(flat)))", "shapely.Polygon(flat)", (PLANAR_METAL,)),
     Mutant("cell/job/built_solids.py", 'of_it = ("body/", f"built/{solid.name}/")', 'of_it = ("body/", "built/")', (BUILT,)),
     Mutant("slicing/toolpaths/bead_hulls.py", "further[1:-1] = half * np.sqrt(", "further[1:-1] = 0.0 * np.sqrt(", ("slicing/toolpaths/test_bead_hulls.py",)),

@@ -9,8 +9,8 @@ the order of deposition; a check then looks only at deposits below the current n
 
 A layer that is far from convex (a ring, a C, a hole) is cut into pieces until each fills most of its hull, so that the
 torch can still go in where there is room. Pieces cover what they stand for: where a border is the centre line of a
-bead, that bead stands out of its layer by half its width (``beyond_borders``). Planes of strategy planar are the tops
-of their layers: there a piece reaches down to the plane below as well as up to the next one.
+bead, that bead stands out of its layer by half its width (``beyond_borders``). A piece reaches from its layer's surface
+out to the next layer's; planes of strategy planar are the tops of their layers, and pieces lie below them.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 FILLED = 0.8  # share of its hull that a piece has to fill
 SMALLEST_MM = 4.0  # pieces are not cut further
+SAME_MM = 1e-6  # heights that differ by less are one
 SIMPLIFY_MM = 0.05  # curves are thinned to this before they become hulls, and hulls are padded by it
 HULL_VERTICES = 200  # vertices of a body's hull at most
 MANY_POINTS = 500_000  # of hulls, from which those that are not needed are left out: they would fill the memory
@@ -175,19 +176,21 @@ def beyond_borders(laid: LaidSubVolume, parameters: BeadParameters) -> Floats:
 def _slabs(s: SlicedSubVolume, layer: Layer, beyond: float, *, few: bool = False) -> Iterator[Floats]:
     """Hull points of a layer's pieces."""
     above, down = s.layers[layer.index + 1 :][:1], s.metal_below_mm(layer.index)
-    for piece in _pieces(layer, beyond, few=few):
-        yield _slab(layer, piece, above, down)
+    for points in _pieces(layer, beyond, few=few):
+        normals = layer.surface.normals(points)
+        height = np.zeros(len(points)) if down else _heights(s, layer, points, above)
+        top = points + normals * (height + SIMPLIFY_MM)[:, None]
+        yield np.concatenate([points - normals * (down + SIMPLIFY_MM), top])
 
 
-def _slab(layer: Layer, points: Floats, above: Sequence[Layer], down: float) -> Floats:
-    """Hull points of a piece of a layer: from its surface out to the next layer's, and so far below it, mm."""
-    normals = layer.surface.normals(points)
-    if above:
-        height = np.maximum(-above[0].surface.distance(points), 0.0)
-    else:
-        height = np.full(len(points), max(layer.thickness_mm[1], SIMPLIFY_MM))
-    top = points + normals * (height + SIMPLIFY_MM)[:, None]
-    return np.concatenate([points - normals * (down + SIMPLIFY_MM), top])
+def _heights(s: SlicedSubVolume, layer: Layer, points: Floats, above: Sequence[Layer]) -> Floats:
+    """How high a layer's metal stands at points (n, 3): up to the next layer, and at least as thick as it is laid."""
+    if not above:
+        return np.full(len(points), max(layer.thickness_mm[1], SIMPLIFY_MM))
+    height = np.maximum(-above[0].surface.distance(points), 0.0)
+    # where the next layer is flatter it lies less far above the middle of this one than this one's bead is thick
+    thick = np.minimum(s.thickness_at(layer.index, points), layer.thickness_mm[1])
+    return np.where(thick > height + SAME_MM, thick, height)
 
 
 def _pieces(layer: Layer, beyond: float, *, few: bool) -> Iterator[Floats]:
@@ -207,7 +210,7 @@ def _bowed_pieces(layer: Layer, surface: Cylinder, beyond: float, few: bool) -> 
         yield from _by_sectors(layer, surface, beyond, few)
         return
     for polygon in _polygons(layer, surface, beyond):
-        for piece in _cut(polygon):
+        for piece in _cut(polygon, np.pi * surface.radius):
             # straight in the unrolled plane is bowed in space: corners alone would cut the crown off
             bowed = piece.segmentize(2 * np.sqrt(SIMPLIFY_MM * surface.radius))
             yield surface.lifted(np.asarray(bowed.exterior.coords)[:-1])
@@ -280,25 +283,27 @@ def _same_turn(surface: Cylinder | Plane, points: Floats, like: Floats) -> Float
     return flat
 
 
-def _cut(region: Polygon) -> Iterator[Polygon]:
-    """Halve a region across its longer side until every piece fills its hull."""
+def _cut(region: Polygon, widest: float = np.inf) -> Iterator[Polygon]:
+    """Halve a region until every piece fills its hull and is no wider: more than half a turn closes about the axis."""
     import shapely
 
     for polygon in getattr(region, "geoms", [region]):
         if polygon.is_empty or polygon.geom_type != "Polygon":
             continue
         x0, y0, x1, y1 = polygon.bounds
-        if polygon.area >= FILLED * polygon.convex_hull.area or max(x1 - x0, y1 - y0) < SMALLEST_MM:
+        wide = x1 - x0 > widest
+        filled = polygon.area >= FILLED * polygon.convex_hull.area or max(x1 - x0, y1 - y0) < SMALLEST_MM
+        if filled and not wide:
             yield polygon
             continue
         xm, ym = (x0 + x1) / 2, (y0 + y1) / 2
         halves = (
             (shapely.box(x0, y0, xm, y1), shapely.box(xm, y0, x1, y1))
-            if x1 - x0 > y1 - y0
+            if wide or x1 - x0 > y1 - y0
             else (shapely.box(x0, y0, x1, ym), shapely.box(x0, ym, x1, y1))
         )
         for half in halves:
-            yield from _cut(polygon.intersection(half))
+            yield from _cut(polygon.intersection(half), widest)
 
 
 Point = tuple[float, float]

@@ -26,7 +26,7 @@ import numpy as np
 
 from ..curves.intersect import NUDGE_MM, Curve, intersect
 from ..layers.body_ends import NO_ENDS, closed_over, over_ends_mm3, part_between_heights, reach_beyond, without_body
-from ..layers.layer import Body, Layer, SlicedSubVolume, require_layers
+from ..layers.layer import Body, Layer, SlicedSubVolume, require_layers, without_slivers
 from ..layers.thickness import resampled
 from ..mesh.solid import Floats, Mesh, PartError
 from ..parameters import SlicingParameters
@@ -166,8 +166,9 @@ def footprint(mesh: Mesh, body: Body, tolerance_mm: float) -> tuple[list[Curve],
     if body.rounding_mm > 0.0 and len(curves) > 1:  # slits along the profile's bends are no holes
         whole = intersect(mesh, body.surface, tolerance_mm, nudge_mm=max(lift, body.rounding_mm))
         curves = whole if 0 < len(whole) < len(curves) else curves
+    curves = without_slivers(curves)  # a side tangent to the body touches it along a line
     if not curves:
-        raise PartError(f"{mesh.name}: touches the body only in points; a footprint is needed")
+        raise PartError(f"{mesh.name}: touches the body only in points or lines; a footprint is needed")
     if lift > 1e-3:
         return curves, [f"{mesh.name}: the root is up to {lift:.3f} mm off the body; layer 0 lies at the root"]
     return curves, []

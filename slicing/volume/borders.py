@@ -23,7 +23,7 @@ from functools import singledispatch
 import numpy as np
 
 from ..curves.loops import Curve
-from ..layers.layer import Layer
+from ..layers.layer import SLIVER_MM, Layer
 from ..layers.outside_body import region_of
 from ..mesh.components import components
 from ..mesh.mesh_edges import edges_of_faces
@@ -34,6 +34,7 @@ from ..warning import Code, Warning
 
 LENGTH_SHARE, LENGTH_MM = 0.02, 0.5  # what a border's length may be off
 SHORT_MM = 1.0  # loops up to this length are not counted
+SLIVERS = 2.0  # times the width up to which layers leave loops out: those of the solid may be there or not
 REACH_MM = 0.02  # how far to either side of its surface a layer may fit
 SAGITTA_MM = 0.5  # by how much a face may bulge out of a layer's surface between its corners
 FINER_FACES = 10.0  # how much smaller the faces where a layer seems wrong
@@ -124,8 +125,8 @@ def _halved(faces: Ints, middle: Ints) -> Ints:
     return np.concatenate(parts)
 
 
-def section_lengths(vertices: Floats, faces: Ints, surface: Surface) -> Floats:
-    """Lengths of the loops in which faces meet a surface, straight from side to side of each face.
+def section_loops(vertices: Floats, faces: Ints, surface: Surface) -> tuple[Floats, Floats]:
+    """The loops in which faces meet a surface, straight from side to side of each face.
 
     Args:
         vertices: (n, 3) mm.
@@ -133,14 +134,15 @@ def section_lengths(vertices: Floats, faces: Ints, surface: Surface) -> Floats:
         surface: the surface.
 
     Returns:
-        (k,) mm, one a loop.
+        Lengths (k,) and mean widths (k,) of the loops, mm. A width follows from the area that the loop encloses seen
+        along the direction in which that is greatest: it is none that is too great.
     """
     height = surface.distance(vertices)
     above = (height > 0.0)[faces]
     count = above.sum(axis=1)
     rows = np.flatnonzero((count == 1) | (count == 2))
     if len(rows) == 0:
-        return np.zeros(0)
+        return np.zeros(0), np.zeros(0)
     alone: Ints = np.argmax(above[rows] == (count[rows] == 1)[:, None], axis=1).astype(np.int64)
     corner = [faces[rows, (alone + k) % 3] for k in range(3)]
     keys = [np.minimum(corner[0], o) * len(vertices) + np.maximum(corner[0], o) for o in corner[1:]]
@@ -149,8 +151,16 @@ def section_lengths(vertices: Floats, faces: Ints, surface: Surface) -> Floats:
     places = _crossings(vertices[lower], vertices[higher], height[lower], height[higher], surface)
     one, other = node[: len(rows)], node[len(rows) :]
     loops, label = components(len(nodes), one, other)
-    length = np.sqrt(((places[other] - places[one]) ** 2).sum(axis=1))
-    return np.asarray(np.bincount(label[one], weights=length, minlength=loops), dtype=np.float64)
+    length = _summed(label[one], np.sqrt(((places[other] - places[one]) ** 2).sum(axis=1)), loops)
+    way = np.where(count[rows] == 1, 1.0, -1.0)[:, None]  # along the loop, whichever side of the surface is cut off
+    twice = way * np.cross(places[one] - vertices[0], places[other] - vertices[0])
+    area = np.sqrt(sum(_summed(label[one], twice[:, k], loops) ** 2 for k in range(3)))
+    return length, area / np.maximum(length, 1e-12)
+
+
+def _summed(label: Ints, values: Floats, count: int) -> Floats:
+    """Sums (count,) of the values of each label."""
+    return np.asarray(np.bincount(label, weights=values, minlength=count), dtype=np.float64)
 
 
 def _crossings(a: Floats, b: Floats, height_a: Floats, height_b: Floats, surface: Surface) -> Floats:
@@ -183,10 +193,11 @@ def _against_solid(name: str, fine: _FineMesh, layer: Layer, cut_mm: float) -> l
     total, count = float(own.sum()), int((own > SHORT_MM).sum())
     lengths, counts = [], []
     for by in (0.0, *reaches(layer)):
-        found = section_lengths(fine.vertices, fine.faces, layer.surface.offset(cut_mm + by * REACH_MM))
-        lengths.append(float(found.sum()))
-        counts.append((int((found > 1.5 * SHORT_MM).sum()), int((found > SHORT_MM / 1.5).sum())))
-        slack = LENGTH_SHARE * max(total, lengths[-1]) + LENGTH_MM
+        found, width = section_loops(fine.vertices, fine.faces, layer.surface.offset(cut_mm + by * REACH_MM))
+        wide = found[width > SLIVERS * SLIVER_MM]  # of what is narrower layers hold some, and leave the rest out
+        lengths += [float(found.sum()), float(wide.sum())]
+        counts.append((int((wide > 1.5 * SHORT_MM).sum()), int((found > SHORT_MM / 1.5).sum())))
+        slack = LENGTH_SHARE * max(total, *lengths[-2:]) + LENGTH_MM
         long_enough = min(lengths) - slack <= total <= max(lengths) + slack
         as_many = min(low for low, _ in counts) <= count <= max(high for _, high in counts)
         if long_enough and as_many:

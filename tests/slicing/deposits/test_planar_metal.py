@@ -43,6 +43,10 @@ def test_what_lies_between_a_plane_and_the_one_below_is_among_its_pieces() -> No
     wide = np.column_stack([np.full(4, base + H * first + 0.05), 2.5 * yz])
     assert inside(pieces(sliced, first), wide).all()
     assert not inside(pieces(sliced, first - 1), wide).any()
+    # nothing is laid above a plane before the next one is
+    above = np.column_stack([np.full(4, base + H * (first + 1) + 0.1), 2.5 * yz])
+    assert not inside(pieces(sliced, first), above).any()
+    assert inside(pieces(sliced, first + 1), above).all()
 
 
 @pytest.mark.parametrize("spike_mm", [1e-5, 1e-7])

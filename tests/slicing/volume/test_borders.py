@@ -22,7 +22,7 @@ from slicing.parameters import BeadParameters, SlicingParameters
 from slicing.strategies.slice import slice_sub_volume
 from slicing.surfaces.surfaces import Cone, Cylinder, Plane, Revolved
 from slicing.targets.targets import sample_targets
-from slicing.volume.borders import section_lengths
+from slicing.volume.borders import section_loops
 from slicing.volume.layer_areas import hold_volume
 from slicing.warning import Code
 
@@ -67,7 +67,7 @@ def test_sections_by_a_cylinder_are_those_of_the_unrolled_solid(seed):
             or abs(shapely.Polygon(loop).area) > 0.05
             for loop in theirs.to_polygons()
         )
-        lengths = section_lengths(mesh.vertices, mesh.faces, Cylinder((0.0, 0.0), radius))
+        lengths, _ = section_loops(mesh.vertices, mesh.faces, Cylinder((0.0, 0.0), radius))
         assert len(lengths) <= len(curves) + 4  # large faces: a bound alone
 
 
