@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..atomic_files import check_outputs
@@ -74,7 +75,9 @@ def roll_argument(text: str) -> Any:
     return parsed(text)
 
 
-def refuse_outputs(args: argparse.Namespace, case: Case | None, *names: str, reads: Sequence[str | None] = ()) -> None:
+def refuse_outputs(
+    args: argparse.Namespace, case: Case | None, *names: str, reads: Sequence[str | Path | None] = ()
+) -> None:
     """Refuse outputs that cannot be written or are inputs of the run, before the work rather than after it.
 
     A picture has to be a .png.

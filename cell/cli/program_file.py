@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..atomic_files import STDOUT, check_outputs
@@ -21,6 +22,17 @@ if TYPE_CHECKING:
     from ..case.sections import Case
     from ..job.job import Job
     from ..programs.program_check import ProgramResult
+
+CALLED = (".SRC", ".DAT")
+
+
+def program_files(path: str) -> list[str | Path]:
+    """A program and what it may call: the programs and data beside it, as far as the folder can be read."""
+    try:
+        beside = [file for file in Path(path).parent.iterdir() if file.suffix.upper() in CALLED]
+    except OSError:
+        beside = []  # reading the program says so
+    return [path, *sorted(beside)]
 
 
 def checked_program(path: str, job: Job) -> ProgramResult:
@@ -54,7 +66,7 @@ def check_program_file(args: argparse.Namespace, case: Case) -> int:
     from ..job.job import prepare
     from ..report.program_document import program_lines, program_report
 
-    check_outputs({"--json": args.json, "--html": args.html}, [*case_files(case), args.program])
+    check_outputs({"--json": args.json, "--html": args.html}, [*case_files(case), *program_files(args.program)])
     if case.part.absent and args.html:
         raise InputError("--html: shows a part being built; the case has none (part: none)")
     job = bare_job(case) if case.part.absent else prepare(case)

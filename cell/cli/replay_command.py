@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
@@ -42,7 +44,7 @@ def _show(args: argparse.Namespace, case: Case) -> None:
         raise InputError(f"--speed: {args.speed} is not a number above 0")
     if args.motion_in is not None or args.program is not None:
         _motion_alone(args)
-    refuse_outputs(args, case, "picture", "video", reads=[args.motion_in, args.program, args.sweep])
+    refuse_outputs(args, case, "picture", "video", reads=[args.motion_in, args.sweep, *_program_files(args)])
     case = _at_pose(args, case)
     if args.picture:
         _picture(args, case)
@@ -125,6 +127,12 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
         count = len(found.findings)
         sys.stderr.write(f"rbam: {args.motion_in}: infeasible, {count} finding(s); rbam check --motion-in lists them\n")
     return played(job, found, args.target)
+
+
+def _program_files(args: argparse.Namespace) -> Sequence[str | Path]:
+    from .program_file import program_files
+
+    return () if args.program is None else program_files(args.program)
 
 
 def _checked_program(args: argparse.Namespace, job: Job) -> Result:

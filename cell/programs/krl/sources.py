@@ -45,6 +45,7 @@ class Sources:
         self.files: list[str] = []
         self._folder = path.parent
         self._names: dict[str, Path] | None = None
+        self._alike: dict[str, Path] = {}  # files whose names differ from another's in capitals alone
         self.main = self._file(path)
 
     @property
@@ -69,7 +70,12 @@ class Sources:
         Raises:
             InputError: it cannot be read.
         """
-        path = self._beside().get(f"{name}{suffix}".upper())
+        asked = f"{name}{suffix}".upper()
+        path = self._beside().get(asked)
+        if asked in self._alike and path is not None:
+            raise InputError(
+                f"{printable(path)}: {printable(self._alike[asked].name)} beside it is the same name to a controller"
+            )
         return None if path is None else self._file(path)
 
     def with_variable(self, name: str) -> ParsedFile | None:
@@ -113,7 +119,9 @@ class Sources:
                 if number >= MOST_BESIDE:
                     raise InputError(f"{self._folder}: has more than {MOST_BESIDE} files beside the program")
                 if path.suffix.upper() in (".SRC", ".DAT") and path.is_file():
-                    self._names[path.name.upper()] = path
+                    before = self._names.setdefault(path.name.upper(), path)
+                    if before is not path:
+                        self._alike[path.name.upper()] = path
         return self._names
 
     def _file(self, path: Path) -> ParsedFile:

@@ -78,6 +78,9 @@ def test_an_output_that_is_an_input_is_refused(
         (["check", "base.case.yaml", "--json", "a\0b"], "cannot be written"),
         (["check", "base.case.yaml", "--json", "a" * 300], "cannot be written"),
         (["check", "base.case.yaml", "--motion-in", "m.csv", "--json", "m.csv"], "is read by this run"),
+        (["check", "base.case.yaml", "--program", "main.src", "--json", "main.src"], "is read by this run"),
+        (["check", "base.case.yaml", "--program", "main.src", "--html", "called.src"], "is read by this run"),
+        (["replay", "base.case.yaml", "--program", "main.src", "--picture", "main.dat"], "is read by this run"),
         (["sweep", "base.case.yaml", "--out", "base.case.yaml"], "is read by this run"),
         (["scene", "base.case.yaml", "--xml", "boss.stl"], "is read by this run"),
         (["replay", "base.case.yaml", "--picture", "boss.stl"], "is read by this run"),
@@ -93,6 +96,8 @@ def test_outputs_that_would_destroy_something_are_refused(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "m.csv").write_text("t_s\n")
+    for name in ("main.src", "main.dat", "called.src"):
+        (tmp_path / name).write_text("DEF MAIN ( )\nEND\n")
     os.mkfifo(tmp_path / "pipe")
     os.symlink("loop", tmp_path / "loop")
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}

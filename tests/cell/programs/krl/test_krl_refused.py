@@ -179,3 +179,13 @@ def test_a_line_that_may_end_in_a_comment_is_refused(tmp_path: Path) -> None:
     for ends in ("\r", "\r\n"):
         path.write_bytes(text.replace("\rLIN", "").replace("\n", ends).encode())
         assert len(read_krl(path, controller()).moves) == 2
+
+
+def test_two_sub_programs_whose_names_differ_in_capitals_alone_are_refused(tmp_path: Path) -> None:
+    path = module(tmp_path, PTP + "NEXT ( )\n")
+    for name, angle in (("NEXT.src", 10), ("next.src", 20)):
+        (tmp_path / name).write_text(f"DEF NEXT ( )\nPTP {{A1 {angle}}}\nEND\n")
+    if len(list(tmp_path.iterdir())) < 3:
+        pytest.skip("this file system tells no capitals apart")
+    with pytest.raises(InputError, match=r"beside it is the same name to a controller"):
+        read_krl(path, controller())
