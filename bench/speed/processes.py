@@ -10,15 +10,21 @@ elsewhere: while the cell is composed, as they do in ``rbam check``, so that of 
 then; with ``--late`` when they are needed, as they do in ``cell.check``. ``one chunk``
 is the part planned bead after bead, as small ones are. Of several rounds, in turns, the least of each number of
 processes is compared.
+
+With ``--separate`` each round has as many separate checks of the whole part at once as well, each in a process of its
+own with all that it needs: twice as much work, so how many times as fast as one they are is what two processes could
+come to on this machine, had they nothing to wait for. Where processes can be forked.
 """
 
 from __future__ import annotations
 
 import argparse
 import hashlib
+import multiprocessing
 import resource
 import sys
 import time
+from multiprocessing.connection import Connection
 
 if __name__ == "__main__":  # a worker runs this file as well, and needs none of them for it
     import cell.processes.worker_pool
@@ -32,6 +38,41 @@ if __name__ == "__main__":  # a worker runs this file as well, and needs none of
     from .real_parts import FILLS, PARTS, ROLLS, job_of
 
 MB = 1024.0  # of ru_maxrss, kB on Linux
+
+
+class SeparateChecks:
+    """Processes that check the whole part each, when they are told to."""
+
+    def __init__(self, asked: tuple[str, int, str, str, bool], count: int, chunking: Chunking) -> None:
+        """Have them prepare the part."""
+        self._pipes = []
+        for _ in range(count):
+            here, there = multiprocessing.Pipe()
+            fork = multiprocessing.get_context("fork")
+            fork.Process(target=self._serve, args=(there, asked, chunking), daemon=True).start()
+            self._pipes.append(here)
+        self.times()  # the first check of a process has more to do
+
+    @staticmethod
+    def _serve(pipe: Connection, asked: tuple[str, int, str, str, bool], chunking: Chunking) -> None:
+        job = job_of(*asked)
+        while pipe.recv():
+            with working(1):
+                start = time.perf_counter()
+                context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
+                check_span(job, context, off_upright(job, context.placed), None, chunking)
+                pipe.send(time.perf_counter() - start)
+
+    def times(self) -> float:
+        """Time of the slowest of all at once, s."""
+        for pipe in self._pipes:
+            pipe.send(True)
+        return max(pipe.recv() for pipe in self._pipes)
+
+    def end(self) -> None:
+        """Have them end."""
+        for pipe in self._pipes:
+            pipe.send(False)
 
 
 def digest(found: SpanVerdict) -> str:
@@ -81,6 +122,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=1, help="of all numbers of processes, in turns")
     parser.add_argument("--spawned", action="store_true", help="workers begin with nothing")
     parser.add_argument("--late", action="store_true", help="workers begin when they are needed")
+    parser.add_argument("--separate", action="store_true", help="as many separate checks at once as well")
     parser.add_argument("--one-chunk", action="store_true", help="the part in one chunk as well")
     args = parsed(parser, targets=100, jobs=[1, 2], fill="contour")
     chunking = Chunking(0, 20) if args.smoke else USUAL
@@ -94,14 +136,23 @@ def main() -> None:
         asked = part, args.targets, args.fill, args.roll, not args.infeasible
         if args.one_chunk:
             measure(asked, 1, Chunking(sys.maxsize), f"{part}, one chunk")
-        rounds = [
-            [measure(asked, processes, chunking, part, late=args.late) for processes in args.jobs]
-            for _ in range(args.rounds)
-        ]
+        separate = [SeparateChecks(asked, count, chunking) for count in args.jobs] if args.separate else []
+        rounds, apart = [], []
+        for _ in range(args.rounds):
+            rounds.append([measure(asked, processes, chunking, part, late=args.late) for processes in args.jobs])
+            apart.append([checks.times() for checks in separate])
+        for checks in separate:
+            checks.end()
         for k, what in enumerate(("on the critical path", "by the clock")):
             least = [min(found[k] for found in one) for one in zip(*rounds, strict=True)]
             words = (f"{least[0] / one:.2f} with {processes}" for one, processes in zip(least, args.jobs, strict=True))
             print(f"\n{part}: times as fast {what}: {', '.join(words)}", flush=True)
+        if separate:
+            least = [min(one) for one in zip(*apart, strict=True)]
+            each = (
+                f"{n * least[0] / one / args.jobs[0]:.2f} with {n}" for one, n in zip(least, args.jobs, strict=True)
+            )
+            print(f"\n{part}: separate checks at once: {', '.join(each)}", flush=True)
 
 
 if __name__ == "__main__":
