@@ -149,10 +149,9 @@ def main() -> None:
             print(f"\n{part}: times as fast {what}: {', '.join(words)}", flush=True)
         if separate:
             least = [min(one) for one in zip(*apart, strict=True)]
-            each = (
-                f"{n * least[0] / one / args.jobs[0]:.2f} with {n}" for one, n in zip(least, args.jobs, strict=True)
-            )
-            print(f"\n{part}: separate checks at once: {', '.join(each)}", flush=True)
+            alone = least[0] / args.jobs[0]
+            words = (f"{n * alone / one:.2f} with {n}" for one, n in zip(least, args.jobs, strict=True))
+            print(f"\n{part}: times as fast as one by one, separate checks at once: {', '.join(words)}", flush=True)
 
 
 if __name__ == "__main__":
