@@ -28,6 +28,7 @@ from multiprocessing.connection import Connection
 
 if __name__ == "__main__":  # a worker runs this file as well, and needs none of them for it
     import cell.processes.worker_pool
+    from cell import Job
     from cell.part_chunks.chunking import USUAL, Chunking
     from cell.planning.context import Context
     from cell.processes.worker_pool import processor_time, working
@@ -38,6 +39,13 @@ if __name__ == "__main__":  # a worker runs this file as well, and needs none of
     from .real_parts import FILLS, PARTS, ROLLS, job_of
 
 MB = 1024.0  # of ru_maxrss, kB on Linux
+
+
+def checked(job: Job, chunking: Chunking) -> tuple[SpanVerdict, int]:
+    """The verdict of a part, and how many chunks it has."""
+    context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
+    found = check_span(job, context, off_upright(job, context.placed), None, chunking)
+    return found, len(chunking.chunks(job.targets, context.span))
 
 
 class SeparateChecks:
@@ -59,8 +67,7 @@ class SeparateChecks:
         while pipe.recv():
             with working(1):
                 start = time.perf_counter()
-                context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
-                check_span(job, context, off_upright(job, context.placed), None, chunking)
+                checked(job, chunking)
                 pipe.send(time.perf_counter() - start)
 
     def times(self) -> float:
@@ -94,9 +101,7 @@ def measure(
     with working(processes) as pool:
         job = known or job_of(*asked)
         wall, every, here = time.perf_counter(), processor_time(), time.process_time()
-        context = Context.of(job, table_angles(job.scene, job.case.table.E1_deg, job.case.table.E2_deg))
-        gravity, chunks = off_upright(job, context.placed), len(chunking.chunks(job.targets, context.span))
-        found = check_span(job, context, gravity, None, chunking)
+        found, chunks = checked(job, chunking)
     wall, every, here = time.perf_counter() - wall, processor_time() - every, time.process_time() - here
     critical = here + pool.busiest
     n = len(job.targets)

@@ -23,11 +23,13 @@ if TYPE_CHECKING:
     from ..job.job import Job
     from ..programs.program_check import ProgramResult
 
-CALLED = (".SRC", ".DAT")
 
+def program_files(path: str | None) -> list[str | Path]:
+    """A program and what it may call: programs and data beside it, as far as the folder can be read; none of None."""
+    if path is None:
+        return []
+    from ..programs.krl.sources import CALLED
 
-def program_files(path: str) -> list[str | Path]:
-    """A program and what it may call: the programs and data beside it, as far as the folder can be read."""
     try:
         beside = [file for file in Path(path).parent.iterdir() if file.suffix.upper() in CALLED]
     except OSError:

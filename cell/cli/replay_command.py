@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from .case_options import load, refuse_outputs
 from .exit_codes import FEASIBLE
 from .process_count import process_count
+from .program_file import checked_program, program_files
 from .progress_bar import Bars
 from .verbosity import is_quiet
 
@@ -44,7 +43,7 @@ def _show(args: argparse.Namespace, case: Case) -> None:
         raise InputError(f"--speed: {args.speed} is not a number above 0")
     if args.motion_in is not None or args.program is not None:
         _motion_alone(args)
-    refuse_outputs(args, case, "picture", "video", reads=[args.motion_in, args.sweep, *_program_files(args)])
+    refuse_outputs(args, case, "picture", "video", reads=[args.motion_in, args.sweep, *program_files(args.program)])
     case = _at_pose(args, case)
     if args.picture:
         _picture(args, case)
@@ -129,15 +128,8 @@ def _checked(args: argparse.Namespace, case: Case) -> Result:
     return played(job, found, args.target)
 
 
-def _program_files(args: argparse.Namespace) -> Sequence[str | Path]:
-    from .program_file import program_files
-
-    return () if args.program is None else program_files(args.program)
-
-
 def _checked_program(args: argparse.Namespace, job: Job) -> Result:
     from ..view.shown_motion import played_program
-    from .program_file import checked_program
 
     found = checked_program(args.program, job)
     if found.findings and not is_quiet():

@@ -103,7 +103,7 @@ def _checked_rectangles(
     ends, narrow = (s[steps], s[steps + 1]), _proved_zone(checker, radius, path, known, steps)
     open_ = _StepSheetRectangles(*ends, narrow, np.full(len(steps), path.zone), steps, np.full(len(steps), np.inf))
     step, zone, what, looks = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], [Clearances.none(0)], 0
-    weighed, lost = 0, known.lost
+    weighed, lost, laid = 0, known.lost, known.laid_on_steps
     while len(open_.step):
         weighed += len(open_.step)
         if weighed > (FEW if lost else MOST):
@@ -113,9 +113,8 @@ def _checked_rectangles(
         enough = NEARLY_ALL if looks < MANY else max(NEARLY_ALL, NEARLY_MANY * least)
         near = (far < np.minimum(checker.reach - least, LIKELY * open_.room)) | (far <= enough)
         some = open_.rows(near)
-        laid = known.laid_on_steps[some.step]
-        seen = checker.clearances(middle[near], laid)
-        looks += len(laid)
+        seen = checker.clearances(middle[near], laid[some.step])
+        looks += len(some.step)
         hit = seen.distance < least
         first, row = np.unique(some.step[hit], return_index=True)
         step.append(first)
@@ -132,7 +131,7 @@ def _checked_rectangles(
         middle, _, _ = sheet.extent(some)
         step.append(some.step)
         zone.append((some.narrow + some.wide) / 2)
-        seen = checker.clearances(middle, known.laid_on_steps[some.step])
+        seen = checker.clearances(middle, laid[some.step])
         what.append(replace(seen, distance=np.minimum(seen.distance, checker.reach)))
     return CollidingBlends(np.concatenate(step), np.concatenate(zone), Clearances.joined(what))
 

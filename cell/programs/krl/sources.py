@@ -25,6 +25,7 @@ from .syntax import parse
 
 MOST_BESIDE = 100_000  # entries of a folder that are checked
 SHARED = "$CONFIG"
+CALLED = (".SRC", ".DAT")  # programs and data beside a program, which it may call
 
 
 class Sources:
@@ -118,7 +119,7 @@ class Sources:
             for number, path in enumerate(self._folder.iterdir()):
                 if number >= MOST_BESIDE:
                     raise InputError(f"{self._folder}: has more than {MOST_BESIDE} files beside the program")
-                if path.suffix.upper() in (".SRC", ".DAT") and path.is_file():
+                if path.suffix.upper() in CALLED and path.is_file():
                     before = self._names.setdefault(path.name.upper(), path)
                     if before is not path:
                         self._alike[path.name.upper()] = path
