@@ -38,6 +38,7 @@ SKIN_LINES = 8  # lines on a wire's skin that stand for its cross-section, besid
 LARGE_SIZE = 4.0  # times the usual size, from which on a piece is compared with all wires
 FEW_PIECES = 64  # pieces, up to which all are compared with all wires
 CHUNK = 4096  # wires checked in one go
+AT_ONCE = 16_384  # pairs of a wire and a plane that are looked at in one go: they stay in the processor's cache
 NEIGHBOURS = 4  # targets for which one plane is looked for
 SUPPORT_SIDES = 96  # of the polygon about a support: its corners are 0.05 % of the radius further out
 OUTSIDE_MM = 1e-6  # outside a plane by more than this, so that rounding does not matter
@@ -182,8 +183,7 @@ class Metal:
                 normals, offsets = hull_planes(self.points[m])
                 if not len(normals):
                     continue
-                above = from_there[middle] @ normals.T - offsets
-                one = np.where(t.normal[middle] @ normals.T >= 0, above, -np.inf).argmax(axis=1)[group]
+                one = _furthest_off((normals, offsets), from_there[middle], t.normal[middle])[group]
                 for begins, i in ((from_there, mine), (to_there, after[mine])):
                     away = np.einsum("ni,ni->n", normals[one], t.normal[i]) >= 0
                     off = np.einsum("ni,ni->n", normals[one], begins[mine]) - offsets[one]
@@ -275,6 +275,20 @@ class _BoxTree:
         out = wires.out[which]
         rises = ((middle - wires.tip[which]) * out + half * np.abs(out)).sum(axis=1) >= wires.free[which]
         return which[rises], piece[rises]
+
+
+def _furthest_off(planes: Planes, begins: Floats, out: Floats) -> Ints:
+    """Of the planes that a direction leads away from, or along, the one that its beginning is furthest off, (n,)."""
+    normals, offsets = planes
+    found = np.empty(len(begins), dtype=np.int64)
+    rows = max(AT_ONCE // len(normals), 1)
+    for k in range(0, len(begins), rows):
+        some = slice(k, k + rows)
+        above = begins[some] @ normals.T
+        above -= offsets
+        above[out[some] @ normals.T < 0] = -np.inf
+        found[some] = above.argmax(axis=1)
+    return found
 
 
 def _within(planes: Planes, wires: Wires) -> tuple[Floats, Floats]:

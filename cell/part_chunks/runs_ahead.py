@@ -13,7 +13,7 @@ object; otherwise it is done again. So it changes nothing but the time.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ..failure import Failure
 from ..planning.assemble import RunBeads
@@ -36,6 +36,8 @@ from .chunking import Shared
 from .joins import JoinedBead, join_to, turns_between
 
 FROM_HOME, TO_HOME = "from home", "to home"
+# what the arm is too near to at home, and the way or why there is none: without the bead, which need not be sent back
+_FoundWay = tuple[Failure | None, TravelPath | Failure | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +117,8 @@ class RunsAhead:
 
     def done(self, task: Task, result: object) -> None:
         """Take what came of such a task."""
-        if isinstance(result, FoundHomeWay) and isinstance(task.key, str):
-            self._home[task.key] = replace(result, bead=task.item)  # this itself, not a copy that was sent
+        if isinstance(task.key, str) and isinstance(result, tuple):
+            self._home[task.key] = FoundHomeWay(task.item, *result)
         elif isinstance(result, _Ahead) and isinstance(task.key, tuple):
             self._found[task.key[1]] = result
 
@@ -196,12 +198,14 @@ def _are_same(some: Sequence[object], others: Sequence[object]) -> bool:
     return len(some) == len(others) and all(a is b for a, b in zip(some, others, strict=True))
 
 
-def _searched_from_home(shared: Shared, first: BeadPlan, _: Tick) -> FoundHomeWay:
-    return search_from_home(shared.context, first)
+def _searched_from_home(shared: Shared, first: BeadPlan, _: Tick) -> _FoundWay:
+    found = search_from_home(shared.context, first)
+    return found.at_home, found.way
 
 
-def _searched_to_home(shared: Shared, last: BeadPlan, _: Tick) -> FoundHomeWay:
-    return search_to_home(shared.context, last)
+def _searched_to_home(shared: Shared, last: BeadPlan, _: Tick) -> _FoundWay:
+    found = search_to_home(shared.context, last)
+    return found.at_home, found.way
 
 
 def _run_ahead(shared: Shared, chunk: _PlannedChunk, _: Tick) -> _Ahead:

@@ -9,6 +9,7 @@ Where no item is left, an :class:`Aside` may have something else to do with the 
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Sequence
@@ -23,6 +24,9 @@ from .worker import Tick
 from .worker_link import WorkerLink
 
 LOOK_S = 0.2  # between two looks whether there is news: a wait without an end may not hear Ctrl-C
+# until Python lets the listener go on while there is work here: a large result comes in dozens of pieces, and whoever
+# sends it waits
+SWITCH_S = 5e-4
 MEANWHILE = "meanwhile"  # as a task: what is done in this process before it takes an item
 
 
@@ -153,6 +157,8 @@ class WorkRound:
         """
         self.listener = threading.Thread(target=self._listen, name="listens to workers", daemon=True)
         self.listener.start()
+        usual_s = sys.getswitchinterval()
+        sys.setswitchinterval(min(SWITCH_S, usual_s))
         outside = copy_context()
 
         def tick() -> None:
@@ -171,6 +177,7 @@ class WorkRound:
             with self._news:
                 self._over = True
             self._wake()
+            sys.setswitchinterval(usual_s)
         self.listener.join()
         self._bell.close()
         self._button.close()
