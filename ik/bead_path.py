@@ -24,6 +24,7 @@ from .chain import Floats
 from .roll import wrap
 
 Ints = NDArray[np.int64]
+Origins = NDArray[np.int32]
 ROLL_COST = 0.05  # s a sample: a steady torch is better than a swinging one
 OTHERS = (
     0.5  # of the time each joint needs, on top of the slowest joint's: what moves along for nothing is worth sparing
@@ -99,7 +100,7 @@ def best_runs(
     blocked: Mapping[int, set[Edge]] | None = None,
     start_cost: Floats | None = None,
     allowance: Allowance | None = None,
-    known: KnownPrices | None = None,
+    known: KnownMoves | None = None,
 ) -> list[Run]:
     """The cheapest paths along a bead, in as few runs as possible.
 
@@ -113,8 +114,8 @@ def best_runs(
         blocked: edges that turned out impossible: ends of them by their first target.
         start_cost: added to the nodes of the first target, (r, g, k).
         allowance: what edges may do at a price; None: nothing.
-        known: prices from searches of the same configurations with the same limits, to which those are added that are
-            worked out here; None: none.
+        known: what searches of the same configurations with the same limits have worked out, to which is added what is
+            worked out here; None: nothing.
 
     Returns:
         Runs in order. Targets without any node belong to no run; two runs that touch are cut for want of an edge.
@@ -128,26 +129,15 @@ def best_runs(
     price = np.moveaxis(np.where(usable, cost, np.inf), 1, -1)
     nodes = np.moveaxis(q, (1, -1), (-1, 1))  # (t, n, g, k, r): the roll, along which all are alike, runs fastest
     limits = _Limits(speed, times, largest, *usual, shifts, turning, circular)
+    passing = _Passing(nodes, price, limits, known)
     runs: list[Run] = []
     here = price[0] if start_cost is None else price[0] + np.nan_to_num(np.moveaxis(start_cost, 0, -1), nan=np.inf)
     start = 0
-    back: list[Ints] = []
-    together = max(TOGETHER // (price[0].size * price.shape[2] * len(shifts)), 1)
-    edges = _EdgePrices.none()
+    back: list[Origins] = []
     for i in range(1, len(q) + 1):
         open_here = np.isfinite(here)
         if i < len(q) and open_here.any():
-            if i - 1 >= edges.stop:
-                seen = None if known is None else known.of_edge(i - 1, here, price[i])
-                if seen is None:
-                    some = slice(i - 1, min(i - 1 + together, len(q) - 1))
-                    begun = here[None] if together == 1 else price[some]
-                    ends = begun, price[some.start + 1 : some.stop + 1]
-                    seen = _EdgePrices.of(nodes, ends, some, limits)
-                    if known is not None:
-                        known.keep(seen)
-                edges = seen
-            arrived, origin = edges.forward(i - 1, here, blocked.get(i - 1, set()), limits)
+            arrived, origin = passing.edge(i - 1, here, blocked.get(i - 1, set()))
             total = arrived + price[i]
             if np.isfinite(total).any():
                 here = total
@@ -242,10 +232,10 @@ class _EdgePrices:
         expensive[over] = COSTLY + COSTLY * late
         return cls(some.start, some.stop, kept, price, expensive)
 
-    def forward(self, i: int, here: Floats, forbidden: set[Edge], limits: _Limits) -> tuple[Floats, Ints]:
+    def forward(self, i: int, here: Floats, forbidden: set[Edge], limits: _Limits) -> tuple[Floats, Origins]:
         """Cost of arriving at every node of the edge's second target, and where from (g, k, r; a flat index)."""
         shape, (g, k0, k1) = here.shape, self.kept
-        best, origin = np.full(shape, np.inf), np.zeros(shape, dtype=np.int64)
+        best, origin = np.full(shape, np.inf), np.zeros(shape, dtype=np.int32)
         if not len(g):
             return best, origin
         rolls, shifts = shape[-1], limits.shifts
@@ -289,17 +279,71 @@ class _KeptArray:
         return self.index.nbytes + self.values.nbytes
 
 
-class KnownPrices:
-    """What moves cost that have been priced, for a bead that is searched again and again with ever fewer nodes."""
+@dataclass(frozen=True, eq=False)
+class _PassedEdge:
+    """An edge as a search has passed it.
+
+    Attributes:
+        here: cost of being at the nodes of its first target, (g, k, r).
+        there: which nodes of its second target were allowed, (g, k, r).
+        forbidden: moves that were blocked.
+        arrived: cost of arriving at the nodes of its second target, (g, k, r).
+        origin: where from, (g, k, r); a flat index.
+    """
+
+    here: Floats
+    there: NDArray[np.bool_]
+    forbidden: frozenset[Edge]
+    arrived: Floats
+    origin: Origins
+
+    def is_passed_alike(self, here: Floats, there: Floats, forbidden: set[Edge]) -> bool:
+        """Whether a search passes it so once more: with costs (g, k, r) of nodes and moves that are blocked."""
+        return (
+            self.forbidden == forbidden
+            and np.array_equal(self.here, here)
+            and not (np.isfinite(there) & ~self.there).any()
+        )
+
+    @property
+    def nbytes(self) -> int:
+        return self.here.nbytes + self.there.nbytes + self.arrived.nbytes + self.origin.nbytes
+
+
+class KnownMoves:
+    """What is known of a bead that is searched again and again with ever fewer nodes and moves.
+
+    That is what moves cost that have been priced, and how each edge was passed last: up to the first node or move that
+    is left out since, a search goes as the one before.
+    """
 
     def __init__(self, most_bytes: int = KEPT_BYTES) -> None:
         """Know nothing yet.
 
         Args:
-            most_bytes: that are kept.
+            most_bytes: that are kept of either.
         """
         self._edges: dict[int, tuple[_EdgePrices, _KeptArray, _KeptArray | None]] = {}
-        self._bytes_left = most_bytes
+        self._passed: dict[int, _PassedEdge] = {}
+        self._bytes_left = self._bytes_left_of_passed = most_bytes
+
+    def passed(self, i: int, here: Floats, there: Floats, forbidden: set[Edge]) -> tuple[Floats, Origins] | None:
+        """What came of an edge when it was passed last, as of ``_EdgePrices.forward``; None where it was not alike."""
+        last = self._passed.get(i)
+        return (
+            (last.arrived, last.origin) if last is not None and last.is_passed_alike(here, there, forbidden) else None
+        )
+
+    def keep_passed(
+        self, i: int, here: Floats, there: Floats, forbidden: set[Edge], found: tuple[Floats, Origins]
+    ) -> None:
+        """Keep how an edge is passed in place of how it was, as far as there is room."""
+        one = _PassedEdge(here, np.isfinite(there), frozenset(forbidden), *found)
+        last = self._passed.get(i)
+        room = one.nbytes - (0 if last is None else last.nbytes)
+        if room <= self._bytes_left_of_passed:
+            self._bytes_left_of_passed -= room
+            self._passed[i] = one
 
     def of_edge(self, i: int, here: Floats, there: Floats) -> _EdgePrices | None:
         """Prices of an edge with all that leads from nodes to nodes; None where they are not known."""
@@ -319,6 +363,49 @@ class KnownPrices:
             self._bytes_left -= room
             bare = replace(edges, price=np.zeros(0), expensive=None)
             self._edges.update((i, (bare, price, expensive)) for i in range(edges.start, edges.stop))
+
+
+class _Passing:
+    """Passes one edge of a bead after the other, with what is known of it."""
+
+    def __init__(self, nodes: Floats, price: Floats, limits: _Limits, known: KnownMoves | None) -> None:
+        """Prepare.
+
+        Args:
+            nodes: configurations, (t, n, g, k, r), rad.
+            price: cost of a node, (t, g, k, r); infinite where it is not allowed.
+            limits: of all edges.
+            known: as of :func:`best_runs`.
+        """
+        self._nodes, self._price, self._limits, self._known = nodes, price, limits, known
+        self._edges = _EdgePrices.none()
+        moves = price[0].size * price.shape[2] * len(limits.shifts)  # of an edge
+        self._together = max(TOGETHER // moves, 1)
+
+    def edge(self, i: int, here: Floats, forbidden: set[Edge]) -> tuple[Floats, Origins]:
+        """As of ``_EdgePrices.forward``."""
+        known, there = self._known, self._price[i + 1]
+        found = None if known is None else known.passed(i, here, there, forbidden)
+        if found is not None:
+            return found
+        if i >= self._edges.stop:
+            self._edges = self._priced(i, here)
+        found = self._edges.forward(i, here, forbidden, self._limits)
+        if known is not None:
+            known.keep_passed(i, here, there, forbidden, found)
+        return found
+
+    def _priced(self, i: int, here: Floats) -> _EdgePrices:
+        """Prices of an edge, and of as many after it as are priced at once."""
+        price, known = self._price, self._known
+        seen = None if known is None else known.of_edge(i, here, price[i + 1])
+        if seen is None:
+            some = slice(i, min(i + self._together, len(price) - 1))
+            begun = here[None] if self._together == 1 else price[some]
+            seen = _EdgePrices.of(self._nodes, (begun, price[some.start + 1 : some.stop + 1]), some, self._limits)
+            if known is not None:
+                known.keep(seen)
+        return seen
 
 
 def _shifted(values: Floats, shifts: Ints, circular: bool) -> Floats:
@@ -362,7 +449,7 @@ def _forbid(price: Floats, forbidden: set[Edge], kept: tuple[Ints, Ints, Ints], 
                     price[g_at[g], k1_at[k1], i, k0_at[k0], r1] = np.inf
 
 
-def _trace(here: Floats, back: list[Ints], start: int) -> Run:
+def _trace(here: Floats, back: list[Origins], start: int) -> Run:
     """The way that ends cheapest, (g, k, r) followed back and reported as (r, g, k)."""
     by_roll = np.moveaxis(here, -1, 0)
     r, g, k = (int(v) for v in np.unravel_index(int(np.argmin(by_roll)), by_roll.shape))

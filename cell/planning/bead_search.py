@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ik.bead_path import ROLL_COST, Allowance, Edge, KnownPrices, Run, best_runs
+from ik.bead_path import ROLL_COST, Allowance, Edge, KnownMoves, Run, best_runs
 from ik.chain import Floats
 from ik.reachability_proof import certify
 from ik.roll import wrap
@@ -78,7 +78,7 @@ class BeadSearch:
         self._least_bad: dict[int, tuple[float, Clearances, tuple[int, ...]]] = {}  # of the nodes that collide
         self._blocked: dict[int, set[Edge]] = {}
         self._causes: dict[int, list[Failure]] = {}
-        self._prices: KnownPrices | None = None  # from the second search on: few beads need many
+        self._known_moves: KnownMoves | None = None  # from the second search on: few beads need many
         self._done: dict[tuple[int, Edge], Stretch] = {}
         self._followed: set[int] = set()  # targets from which all expensive edges have been followed
         self._gave_up = False
@@ -132,7 +132,7 @@ class BeadSearch:
         if q_before is not None:
             time = (np.abs(self.nodes.q[0] - q_before) / self.bead.speed).max(axis=-1)
             start = np.nan_to_num(time, nan=np.inf)
-        known, self._prices = self._prices, self._prices or KnownPrices()
+        known, self._known_moves = self._known_moves, self._known_moves or KnownMoves()
         return best_runs(
             self.nodes.q,
             self.cost,

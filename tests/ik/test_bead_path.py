@@ -18,7 +18,7 @@ from ik.bead_path import (
     ROLL_COST,
     TOGETHER,
     Allowance,
-    KnownPrices,
+    KnownMoves,
     best_runs,
 )
 from ik.roll import RollWindow, apply_roll
@@ -106,7 +106,7 @@ def test_prices_that_are_known_from_searches_before_change_nothing(most_bytes, s
     free = replace(usual, rolls=np.sort(rng.uniform(-3, 3, r)), turn=1.5, turn_price=0.3)
     options = {"circular": r > 2, "largest_step": 1.5, "allowance": free if rng.integers(2) else usual}
     options["start_cost"] = start if rng.integers(2) else None
-    known, blocked = KnownPrices(int(most_bytes)), {}
+    known, blocked = KnownMoves(int(most_bytes)), {}
     for _ in range(8):  # each time some nodes and some edges fewer, until the bead is cut here and there
         given_ = q, cost, np.full(t - 1, 3.0), np.array([1.0, 0.7])
         found = best_runs(*given_, **options, blocked=blocked, known=known)
@@ -126,7 +126,7 @@ def test_what_could_not_be_reached_before_is_priced_when_it_can_be():
     cost[0, :, 1] = np.inf  # the other branch is not reached
     usual = np.full(t - 1, 3.0)
     turning = Allowance(usual, usual, rolls=np.linspace(-3.1, 3.1, r), turn=1.5, turn_price=0.3)
-    known = KnownPrices()
+    known = KnownMoves()
     for _ in range(2):
         given_ = q, cost, usual, np.ones(1)
         found = best_runs(*given_, circular=True, allowance=turning, known=known)
@@ -141,10 +141,46 @@ def test_prices_that_are_known_are_not_worked_out_again(monkeypatch):
     q, worked_out = line(0.0, 0.1, 0.2), []
     moves = bead_path._moves
     monkeypatch.setattr(bead_path, "_moves", lambda *given_: worked_out.append(1) or moves(*given_))
-    known = KnownPrices()
+    known = KnownMoves()
     for _ in range(3):
         runs_of(q, known=known)
     assert len(worked_out) == 1
+
+
+def test_a_search_goes_as_the_one_before_up_to_what_is_left_out_since(monkeypatch):
+    q, passed = np.zeros((6, 4, 1, 1, 1)), []
+    forward = bead_path._EdgePrices.forward
+    monkeypatch.setattr(
+        bead_path._EdgePrices, "forward", lambda self, i, *rest: passed.append(i) or forward(self, i, *rest)
+    )
+    known, cost = KnownMoves(), np.random.default_rng(1).random(q.shape[:4])
+
+    def passes(**options):
+        passed.clear()
+        found = runs_of(q, cost, known=known, **options)
+        again = passed.copy()
+        assert as_told(found) == as_told(runs_of(q, cost, **options))
+        return again
+
+    assert passes() == [0, 1, 2, 3, 4]
+    assert passes() == []
+    nodes = [tuple(node) for node in runs_of(q, cost)[0].nodes.tolist()]
+    assert passes(blocked={2: {(nodes[2], nodes[3])}}) == [2, 3, 4]
+    cost[4, nodes[4][0]] = np.inf
+    assert passes(blocked={2: {(nodes[2], nodes[3])}}) == [4]
+    assert passes()[0] == 2, "a move that is open again"
+
+
+def test_nodes_that_are_open_again_are_led_to():
+    q, known = np.zeros((4, 1, 1, 2, 1)), KnownMoves()
+    shut = np.zeros(q.shape[:4])
+    shut[1:, ..., 1] = np.inf
+    assert {run.stop for run in runs_of(q, shut, known=known)} == {4}
+    cost = np.zeros(q.shape[:4])
+    cost[1, ..., 0] = 1.0  # the other is cheaper now
+    found = runs_of(q, cost, known=known)
+    assert as_told(found) == as_told(runs_of(q, cost))
+    assert found[0].nodes[1, 2] == 1
 
 
 def cheapest_of_all(q, cost, times, speed, blocked):
