@@ -269,6 +269,8 @@ MUTANTS = (
     Mutant("cell/timing/greatest_speeds.py", "x[:-1] * self._by_x <= 1.0", "x[:-1] * self._by_x <= 3.0", (TIMES,)),
     Mutant("cell/timing/greatest_speeds.py", "(top * self._by_x > 1.0)", "(top * self._by_x > 3.0)", (TIMES,)),
     Mutant("cell/timing/time_grid.py", "np.concatenate([-corners, corners, 2 * s[-1] - corners])", "corners", (TIMES,)),
+    Mutant("cell/timing/time_law.py", "(3 * end - 2 * share[", "(3 * end - 1.6 * share[", (TIMES,)),
+    Mutant("cell/timing/time_law.py", "np.maximum(most / max_speed, most**2", "np.maximum(0.0 * max_speed, most**2", (TIMES,)),
     Mutant("cell/timing/time_grid.py", "CORNER = 0.005", "CORNER = 0.5", (TIMES,)),
     Mutant("cell/timing/greatest_speeds.py", "    limit[ends - 1] = 0.0\n", "    limit[-1] = 0.0\n", (TIMES,)),
     Mutant("cell/timing/greatest_speeds.py", "beta[np.append(0, ends[:-1])] = 0.0", "beta[0] = 0.0", (TIMES,)),
