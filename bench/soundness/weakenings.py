@@ -263,6 +263,8 @@ MUTANTS = (
     Mutant("cell/verification/drive_use.py", "SPEED_SLACK = 1.001", "SPEED_SLACK = 1.2", ("cell/verification/test_motion_check.py", HITS)),
     Mutant("cell/verification/bead_order.py", "if behind.max() > _tolerance(job):", "if False:", ("cell/verification/test_motion_check.py", HITS)),
     Mutant("cell/verification/bead_samples.py", "named_score <= best + 1", "named_score <= best", (OWN,)),
+    Mutant("cell/job/job.py", " | faces_itself[self.targets.sub_volume_index])", ")", ("cell/job/test_groove.py",)),
+    Mutant("slicing/surfaces/bodies.py", "low_first = self.profile_mm if self.profile_mm[0][1] <= self.profile_mm[-1][1] else self.profile_mm[::-1]", "low_first = self.profile_mm", ("cell/job/test_groove.py",)),
     # timing
     Mutant("cell/planning/assemble.py", "np.maximum(dt[1:], TICK)", "dt[1:]", ("cell/planning/test_assemble.py",)),
     Mutant("cell/timing/greatest_speeds.py", "np.concatenate([bend, bend])", "np.concatenate([0 * bend, bend])", (TIMES,)),
