@@ -180,12 +180,14 @@ class Job:
     def deposits_before(self) -> Ints:
         """Deposits already laid when a target is welded, (n,).
 
-        The layer being laid does not count, unless a bead of it lies there already.
+        The layer being laid does not count, unless a bead of it lies there already, or the bead itself may be in the
+        way: what it lays on one side of a groove is there while it lays the other.
         """
         layer, path = self.laid - 1, self.targets.bead
         first_bead = np.full(self.shape.n_deposits, np.iinfo(np.int64).max)
         np.minimum.at(first_bead, layer, path)
-        return layer + (path > first_bead[layer])
+        faces_itself = np.array([one.faces_itself for one in self.sliced] or [False] * len(self.targets.sub_volume))
+        return layer + ((path > first_bead[layer]) | faces_itself[self.targets.sub_volume_index])
 
     @property
     def laid_beside_the_wire(self) -> Ints:

@@ -21,16 +21,16 @@ PER_ZONE = 4  # grid steps a zone
 MOST_STEPS = 200_000  # of a grid that is even; a finer one is fine about the samples and grows coarser between them
 GROWTH, EVEN_STEPS = 1.25, 16  # of the steps of such a grid; its pieces have at least so many
 REST_STEPS = 12  # times the first and last grid step are halved: a start from rest is over within the first
-CORNER = 0.005  # share of a joint's acceleration that the rounding of a row has to take to count as a corner
+CORNER = 0.005  # share of a joint's speed or acceleration that the rounding of a row has to take to count as a corner
 
 
 def counting_corners(s: Floats, slope: Floats, share: Floats) -> Floats:
-    """Path lengths at which the path bends by so much that its rounding takes a share of an acceleration.
+    """Path lengths at which the path bends by so much that its rounding takes a share of a speed or an acceleration.
 
     Args:
         s: path length at each sample, (m,).
         slope: of the pieces between, (m - 1, j).
-        share: of each joint's acceleration, by change of slope, (j,), at the greatest speed.
+        share: of each joint's speed or acceleration, by change of slope, (j,), at the path's greatest speed.
     """
     turn = np.abs(np.diff(slope, axis=0))
     return s[1:-1][(np.where(turn > FLAT_SLOPE, turn, 0.0) * share > CORNER).any(axis=1)]

@@ -159,7 +159,8 @@ class _Path:
         with np.errstate(divide="ignore"):
             # the samples' own path has to keep the speeds as well, in which a short piece is not averaged with others
             fastest = np.minimum((max_speed / np.abs(raw)).min(axis=1), cap)
-        corners = counting_corners(s, raw, float(fastest.max()) ** 2 / (2 * zone * max_acceleration))
+        most = float(fastest.max())
+        corners = counting_corners(s, raw, np.maximum(most / max_speed, most**2 / (2 * zone * max_acceleration)))
         return cls(q, s, zone, fastest, max_speed, max_acceleration, corners)
 
 
@@ -226,8 +227,33 @@ def _bounds(path: _Path, grid: Floats) -> GridBounds:
     with np.errstate(divide="ignore"):
         most = path.fastest[piece]
         top = np.minimum(np.concatenate([most[:1], most]), np.concatenate([most, most[-1:]]))
-        top = np.minimum(top, (path.max_speed[:, None] / np.abs(slope)).min(axis=0)) ** 2
+    top = _within_speeds(slope / path.max_speed[:, None], top**2)
     return GridBounds(slope, bend, np.diff(grid), top)
+
+
+def _within_speeds(share: Floats, top: Floats) -> Floats:
+    """Squares of speeds at a grid's points with which no joint is too fast there, nor between two of them, (g,).
+
+    On a step a joint's slope and the square x of the path's speed are linear. Where the slope grows from a to b and x
+    falls, the joint can be faster within the step than at its ends. The square of its speed is a cubic there. It still
+    rises at the step's end, and so is greatest there, if x at the start is at most 3 - 2 a/b times x at the end.
+
+    Args:
+        share: slope over greatest speed of every joint, (j, g).
+        top: greatest squares by other bounds, (g,).
+    """
+    square = share**2
+    most = square.max(axis=0)
+    with np.errstate(divide="ignore"):
+        out = np.minimum(top, 1 / most)
+    # on other steps no joint can be too fast
+    some = np.flatnonzero(np.maximum(most[:-1], most[1:]) * np.maximum(top[:-1], top[1:]) > 1.0)
+    for here, beside in ((some, some + 1), (some + 1, some)):
+        end = square[:, beside]
+        grows = end > square[:, here]
+        bound = (3 * end - 2 * share[:, here] * share[:, beside]) / np.where(grows, end, 1.0) ** 2
+        out[here] = np.minimum(out[here], np.where(grows, bound, np.inf).min(axis=0))
+    return out
 
 
 def _uneven(paths: Sequence[_Path]) -> list[NDArray[np.bool_]]:

@@ -95,6 +95,11 @@ class SlicedSubVolume:
     end_mm: float = math.nan
     body_z_mm: tuple[float, float] = (-math.inf, math.inf)
 
+    @property
+    def faces_itself(self) -> bool:
+        """Whether a layer's beads may stand higher than one another, as those on the two sides of a groove."""
+        return self.strategy == "revolved" and self.body.has_grooves
+
     def metal_below_mm(self, layer: int) -> float:
         """How far below its surface a layer's metal begins, mm; 0 where it lies upon its surface.
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Self, get_args
 
 from ..mesh.solid import FARTHEST_MM, PartError
@@ -22,6 +23,7 @@ from .surfaces import Cone, Cylinder, Revolved
 
 STRATEGIES = get_args(Strategy)
 ON_AXIS_MM = 1e-6
+STRAIGHT = 1e-4  # rad between two pieces of a profile: none
 ROUNDED = 5e-6  # of a profile's greatest radius: its points are rounded
 
 
@@ -53,6 +55,11 @@ class BodyOfRevolution:
     def rounding_mm(self) -> float:
         """How far its surface may lie beside the real one because its points are rounded."""
         return 0.0
+
+    @property
+    def has_grooves(self) -> bool:
+        """Whether places of its surface face one another, as in a groove or beside a step."""
+        return False
 
     @property
     def closes_ends(self) -> tuple[bool, bool]:
@@ -176,6 +183,13 @@ class RevolvedBody(BodyOfRevolution):
     def rounding_mm(self) -> float:
         """How far its surface may lie beside the real one because its points are rounded."""
         return ROUNDED * max(r for r, _ in self.profile_mm)
+
+    @property
+    def has_grooves(self) -> bool:
+        """Whether its profile turns outwards anywhere."""
+        low_first = self.profile_mm if self.profile_mm[0][1] <= self.profile_mm[-1][1] else self.profile_mm[::-1]
+        ways = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(low_first)]
+        return any(a[1] * b[0] - a[0] * b[1] > STRAIGHT * math.hypot(*a) * math.hypot(*b) for a, b in pairwise(ways))
 
     @property
     def closes_ends(self) -> tuple[bool, bool]:

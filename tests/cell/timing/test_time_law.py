@@ -182,6 +182,41 @@ def bent_path(rng):
     return np.concatenate([np.zeros((1, 2)), q]), np.concatenate([[0.0], s])
 
 
+def mirrored_slopes(q, s, zone):
+    """Of a path mirrored at its ends: path lengths, the slope of its moving average at places, and its own slopes."""
+    at = np.concatenate([-s[:0:-1], s, 2 * s[-1] - s[-2::-1]])
+    far = np.concatenate([2 * q[0] - q[:0:-1], q, 2 * q[-1] - q[-2::-1]])
+
+    def slope(u):
+        return np.stack([np.interp(u + zone, at, f) - np.interp(u - zone, at, f) for f in far.T], axis=1) / (2 * zone)
+
+    return at, slope, np.diff(far, axis=0) / np.diff(at)[:, None]
+
+
+def squares(law, slope, fastest):
+    """Squares of the path's speed on a law's grid, from the shares of the joints' speeds."""
+    here = np.abs(slope(law.grid))
+    joint = here.argmax(axis=1)
+    k = np.arange(len(joint))
+    return (law.use[k, 0, joint] * fastest[joint] / here[k, joint]) ** 2
+
+
+@pytest.mark.parametrize("great", [1.0, 300.0, np.inf])
+@pytest.mark.parametrize("seed", range(8))
+def test_no_joint_is_faster_than_it_may_be_anywhere_between_the_points_of_the_grid(seed, great):
+    rng = np.random.default_rng(seed)
+    (q, s), most = bent_path(rng), rng.uniform(1, 5, 2) * great
+    fastest, zone = rng.uniform(0.3, 3.0, 2), min(float(rng.choice([5e-4, 1e-3, 2e-3])), s[-1] / 2)
+    law = time_path(q, s, fastest, most, cap=rng.uniform(0.01, 0.3, len(s) - 1), zone=zone)
+    at, slope, _ = mirrored_slopes(q, s, zone)
+    between = law.grid[:-1, None] + np.diff(law.grid)[:, None] * np.linspace(0, 1, 12)
+    u = np.concatenate([between.ravel(), *(at + way for way in (-zone, zone))])  # where slopes begin to change, too
+    u = u[(u >= 0) & (u <= s[-1])]
+    speed = np.sqrt(np.interp(u, law.grid, squares(law, slope, fastest)))[:, None] * np.abs(slope(u))
+    assert (speed <= fastest * 1.001).all()
+    assert great == 1.0 or (speed >= fastest * 0.98).any()  # and the law is no slower than it has to be
+
+
 @pytest.mark.parametrize("seed", range(30))
 def test_no_piece_of_the_rounded_path_asks_for_more_than_the_accelerations(seed):
     """Between corners +- zone, those of the path mirrored at its ends too, the second derivative is constant."""
@@ -189,18 +224,8 @@ def test_no_piece_of_the_rounded_path_asks_for_more_than_the_accelerations(seed)
     (q, s), most = bent_path(rng), rng.uniform(1, 5, 2)
     fastest, zone = np.full(2, 3.0), min(float(rng.choice([5e-4, 1e-3, 2e-3])), s[-1] / 2)
     law = time_path(q, s, fastest, most, cap=0.02, zone=zone)
-    at = np.concatenate([-s[:0:-1], s, 2 * s[-1] - s[-2::-1]])
-    far = np.concatenate([2 * q[0] - q[:0:-1], q, 2 * q[-1] - q[-2::-1]])
-    raw = np.diff(far, axis=0) / np.diff(at)[:, None]
-
-    def slope(u):
-        return np.stack([np.interp(u + zone, at, f) - np.interp(u - zone, at, f) for f in far.T], axis=1) / (2 * zone)
-
-    # the speed on the grid, from the share of the joints' speeds
-    here = np.abs(slope(law.grid))
-    joint = here.argmax(axis=1)
-    k = np.arange(len(joint))
-    square = (law.use[k, 0, joint] * fastest[joint] / here[k, joint]) ** 2
+    at, slope, raw = mirrored_slopes(q, s, zone)
+    square = squares(law, slope, fastest)
     ends = np.unique(np.concatenate([at - zone, at + zone, law.grid]))
     ends = ends[(ends >= 0) & (ends <= s[-1])]
     low, high = ends[:-1], ends[1:]
