@@ -360,6 +360,7 @@ MUTANTS = (
     Mutant("cell/job/job.py", "return self.laid - 1 if self.sliced else self.deposits_before", "return self.laid - 1", (THEIRS,)),
     Mutant("cell/job/job.py", "return bool(self.sliced) and all(", "return all(", (THEIRS,)),
     Mutant("cell/job/job.py", "replace(one, overhangs=overhangs(one.sliced, limit))", "one", (THEIRS,)),
+    Mutant("cell/case/read.py", "if (problem := truth_for_number(content, case)) is not None:", "if (problem := None) is not None:", ("cell/case/test_read.py",)),
     # another slicer's beads over nothing
     Mutant("cell/job/job.py", "if not path.laid:\n        job = _with", "if False:\n        job = _with", (SUPPORTED,)),
     Mutant("cell/job/bead_support.py", "DOWN = 0.5 ", "DOWN = 1.0 ", (SUPPORTED,)),
