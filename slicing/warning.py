@@ -17,6 +17,7 @@ class Code(StrEnum):
 
     BEAD_OVER_ITSELF = "bead_over_itself"
     BEAD_SPLIT = "bead_split"
+    BEAD_SUNK = "bead_sunk"
     BEAD_THICKNESS = "bead_thickness"
     BODY_AXIS = "body_axis"
     BODY_COLLAR = "body_collar"

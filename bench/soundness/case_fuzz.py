@@ -126,7 +126,7 @@ class Mutator:
         elif what == 3:
             holder[key] = rng.choice(([holder[key]], {"x": holder[key]}, [holder[key]] * 3))
         elif what == 4 and isinstance(holder[key], (int, float)) and not isinstance(holder[key], bool):
-            holder[key] = holder[key] * rng.choice((-1, 10, 100, 1e3, 1e6, 0.1, 1e-3, 1e-6))
+            holder[key] = _scaled(holder[key], rng.choice((-1, 10, 100, 1e3, 1e6, 0.1, 1e-3, 1e-6)))
         elif what <= 6:
             _put(content, rng.choice(self.keys)[0], _value(rng))
         else:
@@ -154,6 +154,14 @@ def _put(content: dict[str, Any], path: tuple[str, ...], value: Any) -> None:
 
 def _value(rng: random.Random) -> Any:
     return copy.deepcopy(rng.choice(rng.choice((NUMBERS, NUMBERS, TEXTS, OTHERS))))
+
+
+def _scaled(value: float, factor: float) -> float:
+    """A number times a factor; as it is if it is a whole number beyond all floats."""
+    try:
+        return value * factor
+    except OverflowError:
+        return value
 
 
 def _between(low: float, high: float, rng: random.Random) -> float:

@@ -56,6 +56,31 @@ def first_problem(error: ValidationError, content: dict[str, Any]) -> str:
     return f"{key}: {message[:1].lower() + message[1:]}{_plain_number(problem)}{shown}"
 
 
+def truth_for_number(content: object, made: object, keys: tuple[str, ...] = ()) -> str | None:
+    """Where true or false stands for a number: pydantic takes them for 1 and 0.
+
+    Args:
+        content: of a case, as it was given.
+        made: the section, list or value that was made of it.
+        keys: where it stands.
+
+    Returns:
+        The key and what is wrong; None where nothing is.
+    """
+    if isinstance(content, bool):
+        is_number = isinstance(made, (int, float)) and not isinstance(made, bool)
+        return f"{'.'.join(keys)}: must be a number (is {str(content).lower()})" if is_number else None
+    inner: list[tuple[object, object, object]] = []
+    if isinstance(content, dict):
+        held = {str(key): value for key, value in made.items()} if isinstance(made, dict) else None
+        for key, value in content.items():
+            inner.append((key, value, held.get(str(key)) if held is not None else getattr(made, str(key), None)))
+    elif isinstance(content, list) and isinstance(made, (list, tuple)) and len(content) == len(made):
+        inner = list(zip(range(len(content)), content, made, strict=True))
+    found = (truth_for_number(value, of_it, (*keys, str(key))) for key, value, of_it in inner)
+    return next((problem for problem in found if problem is not None), None)
+
+
 def _plain_number(problem: ErrorDetails) -> str:
     """How to write what was meant for a number: 2,5 and 25mm are texts."""
     if problem["type"] != "float_parsing":

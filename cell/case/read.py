@@ -23,7 +23,7 @@ from ..shipped import case_path, is_path, shipped_cases
 from .cell_sections import NO_TABLE
 from .fields import FileName
 from .files import MESHES
-from .problems import excerpt, first_problem
+from .problems import excerpt, first_problem, truth_for_number
 from .sections import Case
 from .yaml12 import load_yaml
 
@@ -169,6 +169,8 @@ def parse_case(content: object, path: str | Path = "case.yaml") -> Case:
         case = Case.model_validate(content)
     except ValidationError as error:
         raise InputError(f"{path}: {first_problem(error, content)}") from None
+    if (problem := truth_for_number(content, case)) is not None:
+        raise InputError(f"{path}: {problem}")
     case._path = path
     _check_part(case)
     return case

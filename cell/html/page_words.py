@@ -241,10 +241,14 @@ def _of_played(result: ShownMotion) -> str:
     took = f"{name} was {how}: {times}."
     if not result.findings:
         return f"{took} No faults."
-    first, more = result.findings[0], len(result.findings) - 1
+    first, others = result.findings[0], Counter(one.reason for one in result.findings[1:])
     line = getattr(first, "line", None)
     where = f"row {first.row}" if line is None else f"{line}"
-    return f"{took} Found at {where}: {failure_in_words(first.failure)}" + (f", and {more} more." if more else ".")
+    found = f"{took} Found at {where}: {failure_in_words(first.failure)}"
+    if not others:
+        return f"{found}."
+    each = _joined([f"{count} {reason.replace('_', ' ')}" for reason, count in others.items()])
+    return f"{found}, and {others.total()} more: {each}."
 
 
 def in_plain_words(result: Result, geom: str) -> str:

@@ -1,6 +1,8 @@
-"""Overhangs of another slicer's beads: stretches without earlier metal, body or plate below.
+"""What lies below another slicer's beads: stretches over nothing, and stretches inside metal that is there already.
 
-    found = unsupported_beads(scene, path, targets, laid)     # BeadOverhang, one for every bead that overhangs
+    below = Below(scene, path, targets, laid)
+    found = unsupported_beads(below)                           # BeadOverhang, one for every bead that overhangs
+    sunk_bead_warnings(below)                                  # where beads lie in earlier layers or in the body
 
 An overhang is measured as for layers that are sliced here: from the edge of what lies below to the bead's outer edge,
 seen along the deposition direction. At half a bead's width the bead's middle is on that edge. Metal counts as below a
@@ -31,6 +33,7 @@ ALLOWED = 0.5  # of a bead's width that may stand out where the case says nothin
 SPACED = 0.5  # bead widths between places that are looked at along a bead
 DOWN = 0.5  # of a bead's thickness, down to which metal is below it
 SKIN = 0.05  # of its thickness: below the bead's underside by so much, where beads beside it do not reach
+POINT_MM = 1e-2  # length of a line that stands for a point
 RAY_MM = 1e-4  # radius of a line that looks for metal
 SIDE_MM = 0.5  # between lines beside a bead's middle
 FARTHEST = 4.0  # bead widths up to which an overhang is measured
@@ -92,24 +95,17 @@ class _Places(NamedTuple):
         return _Places(bead[index], targets[index], *(column[index] for column in rest))
 
 
-def unsupported_beads(
-    scene: Scene, path: Toolpath, targets: Targets, deposit: Ints, limit_mm: float | None = None
-) -> tuple[BeadOverhang, ...]:
+def unsupported_beads(below: Below, limit_mm: float | None = None) -> tuple[BeadOverhang, ...]:
     """The beads of another slicer that stand out over what lies below them.
 
     Args:
-        scene: the composed cell.
-        path: what they were read from.
-        targets: on the beads, in the order of deposition.
-        deposit: number of the layer that each target belongs to, counted as they are laid, (n,).
+        below: the beads and what may lie below them.
         limit_mm: how far a bead may stand out; None: half its width.
 
     Returns:
         One entry for every bead of which something hangs.
     """
-    width = path.beads.width_mm
-    below = _Below(scene, path, targets, deposit)
-    places = _places_along(targets, width, path.metal_below)
+    width, places, targets = below.width, below.places, below.targets
     allowed = (ALLOWED * width if limit_mm is None else limit_mm) - width / 2
     if allowed >= 0.0:
         hangs = ~below.within(places, allowed)
@@ -137,10 +133,19 @@ def unsupported_beads(
     return tuple(found)
 
 
-class _Below:
-    """What may lie below beads: the metal of earlier ones, the body, the support, the table and fixtures on it."""
+class Below:
+    """Beads, and what may lie below them: metal of earlier ones, the body, the support, the table and fixtures on it.
+
+    Args:
+        scene: the composed cell.
+        path: what the beads were read from.
+        targets: on the beads, in the order of deposition.
+        deposit: number of the layer that each target belongs to, counted as they are laid, (n,).
+    """
 
     def __init__(self, scene: Scene, path: Toolpath, targets: Targets, deposit: Ints) -> None:
+        self.targets, self.width = targets, path.beads.width_mm
+        self.places = _places_along(targets, self.width, path.metal_below)
         one_each = replace(
             targets,
             sub_volume=("beads",),
@@ -148,13 +153,19 @@ class _Below:
             layer=targets.bead,
         )
         hulls = {k: v for k, v in scene.part.hulls.items() if not k.startswith("deposit/")}
-        hulls |= dict(bead_hulls(one_each, path.beads.width_mm, below=path.metal_below))
+        hulls |= dict(bead_hulls(one_each, self.width, below=path.metal_below))
         shape = replace(scene.part, hulls=hulls, first_deposit=(0,), n_deposits=int(targets.bead[-1]) + 1)
         self.metal = Metal.of(scene.case, shape, one_each, False)
         starts = np.searchsorted(targets.bead, np.arange(int(targets.bead[-1]) + 1))
         layer = deposit[starts]
         self.first_of_layer = np.searchsorted(layer, layer)  # the first bead of each bead's layer
         self.carriers = _Carriers(scene)
+
+    def sunk(self, places: _Places) -> Bools:
+        """Whether the middle of a bead's section lies in the body, the support or an earlier layer, (n,)."""
+        middle, none = places.under + 0.5 * places.thickness[:, None] * places.out, np.zeros(len(places.bead))
+        laid = self.first_of_layer[places.bead]
+        return self.metal.met(Wires(middle, places.out, none, POINT_MM, RAY_MM, laid, none.astype(np.int64)))[0] >= 0
 
     def at(self, places: _Places, aside: float | Floats, depth: Floats | None = None) -> Bools:
         """Whether something lies below places so far beside the beads' middles, no further down than depth, (n,)."""
@@ -331,3 +342,32 @@ def bead_thickness_warnings(targets: Targets, least_mm: float, most_mm: float) -
         f"slicing.h_min_mm {least_mm:g} to slicing.h_max_mm {most_mm:g}"
     )
     return [Warning(Code.BEAD_THICKNESS, text, sub_volume=name, layer=int(targets.layer[first]))]
+
+
+def sunk_bead_warnings(below: Below) -> list[Warning]:
+    """A warning where another slicer's beads lie in metal that is there already.
+
+    Such beads come of a file in another frame, of a thickness that is not the file's, or of `part.toolpath_metal`. A
+    bead may reach into others by half its width at either end.
+
+    Args:
+        below: the beads and what lies below them.
+    """
+    places, t = below.places, below.targets
+    sunk = np.flatnonzero(below.sunk(places))
+    length = np.bincount(places.bead[sunk], places.length[sunk], minlength=len(t.closed))
+    beads = np.flatnonzero(length > below.width)
+    if not len(beads):
+        return []
+    bead = int(beads[0])
+    mine = sunk[places.bead[sunk] == bead]
+    first = int(places.targets[mine[0], 0])
+    name, layer = t.sub_volume[int(t.sub_volume_index[first])], int(t.layer[first])
+    more = f" and {len(beads) - 1} more lie" if len(beads) > 1 else " lies"
+    x, y, z = places.under[mine[len(mine) // 2]].tolist()
+    text = (
+        f"part.toolpath: bead {bead} ({name} layer {layer}){more} with more than half the thickness in metal that is "
+        f"there already (bead {bead} over {length[bead]:.1f} mm, at ({x:.1f}, {y:.1f}, {z:.1f})); check the frame and "
+        "the thickness of the file, and part.toolpath_metal"
+    )
+    return [Warning(Code.BEAD_SUNK, text, sub_volume=name, layer=layer)]

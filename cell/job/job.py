@@ -57,7 +57,14 @@ from ..scene.drives import Drives, drives
 from ..scene.placement import place_targets
 from ..scene.scene import Scene, case_table
 from ..units import METRES_PER_MM
-from .bead_support import BeadOverhang, bead_overhang_warnings, bead_thickness_warnings, unsupported_beads
+from .bead_support import (
+    BeadOverhang,
+    Below,
+    bead_overhang_warnings,
+    bead_thickness_warnings,
+    sunk_bead_warnings,
+    unsupported_beads,
+)
 from .beside_body import pieces_beside
 from .build_order import BuildOrder, in_build_order, layers_of, ordered_shape
 from .built_solids import rest_of_built
@@ -437,9 +444,11 @@ def _unused_keys(case: Case) -> list[Warning]:
 def _with_overhanging_beads(job: Job, path: Toolpath) -> Job:
     """A job of another slicer's beads with what of them lies over nothing, and warnings of it."""
     limit = job.case.checks.overhang_mm
-    found = unsupported_beads(job.scene, path, job.targets, job.laid, limit)
+    below = Below(job.scene, path, job.targets, job.laid)
+    found = unsupported_beads(below, limit)
     thickness = bead_thickness_warnings(job.targets, job.case.slicing.h_min_mm, job.case.slicing.h_max_mm)
-    said = (*job.warnings, *_unused_keys(job.case), *thickness, *bead_overhang_warnings(found, limit))
+    about_beads = (*thickness, *sunk_bead_warnings(below), *bead_overhang_warnings(found, limit))
+    said = (*job.warnings, *_unused_keys(job.case), *about_beads)
     return replace(job, overhanging_beads=found, warnings=said)
 
 

@@ -187,3 +187,40 @@ def test_keys_that_a_table_makes_no_use_of_are_told(tmp_path):
     assert not [
         line for line in job_of(tmp_path, rings(20, 22)).warnings if getattr(line, "code", "") == "toolpath_keys"
     ]
+
+
+@pytest.mark.parametrize(
+    ("lines", "metal", "sunk"),
+    [
+        (list(rings(20, 22, 24)), "above", None),
+        (list(rings(20.9, 22.9)), "above", None),
+        (list(rings(19.1)), "above", None),  # less than half its thickness
+        (list(rings(18.9)), "above", ("bead 0 (SV1 layer 0) lies", 0)),
+        (list(rings(20, 22)), "below", ("bead 0 (SV1 layer 0) lies", 0)),  # the targets are not on its top
+        (list(rings(20, 20.9, 23)), "above", ("bead 1 (SV1 layer 1) lies", 1)),  # layers nearer than they are thick
+        (list(rings(20, 20)), "above", ("bead 1 (SV1 layer 1) lies", 1)),
+        (list(rings(20, 20, layers=(0, 0))), "above", None),  # beads of one layer may cross
+        (list(rings(17, 17.5)), "above", ("bead 0 (SV1 layer 0) and 1 more lie", 0)),
+        (list(wall(0.0)), "above", None),
+        (list(wall(0.0, below=True)), "below", None),
+        (list(wall(0.0)), "below", ("bead 0 (SV1 layer 0) lies", 0)),  # the others lie on it
+    ],
+)
+def test_beads_in_metal_that_is_there_are_told(tmp_path, lines, metal, sunk):
+    job = job_of(tmp_path, lines, part={"toolpath_metal": metal})
+    told = [line for line in job.warnings if getattr(line, "code", "") == "bead_sunk"]
+    assert len(told) == (sunk is not None)
+    if sunk is not None:
+        assert told[0].startswith(f"part.toolpath: {sunk[0]} with more than half the thickness in metal")
+        assert (told[0].sub_volume, told[0].layer) == ("SV1", sunk[1])
+
+
+def test_a_bead_may_reach_into_another_by_a_width(tmp_path):
+    flat = [(0, 0, x, 0, 80, 0, 0, 1) for x in (-10, 10)]
+    across = [(1, 1, 0, y, 80, 0, 0, 1) for y in (0, 12)]  # from the middle of the other on
+    along = [(1, 1, x, 1, 80, 0, 0, 1) for x in (-4, 10)]
+    for other, told in ((across, []), (along, ["(bead 1 over 14.0 mm,"])):
+        job = job_of(tmp_path, [*flat, *other])
+        lines = [line for line in job.warnings if getattr(line, "code", "") == "bead_sunk"]
+        assert len(lines) == len(told)
+        assert all(words in line for words, line in zip(told, lines, strict=True))

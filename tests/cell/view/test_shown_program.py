@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,17 @@ def test_what_only_a_program_has_wrong_makes_what_is_shown_infeasible(tmp_path: 
     page = html_report(shown)
     assert "can weld all" not in page
     assert f"Found at {LAYER}:{line_of(LIN, nth=2)}: corners are rounded over 10 mm" in page
+
+
+def test_the_page_counts_all_that_is_wrong(tmp_path: Path) -> None:
+    boss = boss_program()
+    result = boss.read(tmp_path, edited(r"\$TOOL = \{X [\d.]+", "$TOOL = {X 100.0"))
+    count = Counter(one.reason for one in result.findings[1:])
+    assert len(count) > 2
+    page = html_report(played_program(boss.job, result))
+    sentence = page[page.index("Found at") : page.index("</p>", page.index("Found at"))]
+    assert f"{count.total()} more: " in sentence
+    assert all(f"{k} {reason.replace('_', ' ')}" in sentence for reason, k in count.items())
 
 
 def test_a_page_of_a_program_has_its_verdict_its_clearance_and_its_lines(tmp_path: Path) -> None:
