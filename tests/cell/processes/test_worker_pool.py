@@ -28,7 +28,7 @@ from cell.case.read import load_case
 from cell.errors import InputError, WorkerKilledError
 from cell.job.job import prepare
 from cell.processes.own_process import ENDING, at_rest, may_fork
-from cell.processes.work_round import Aside, Task, WorkerTraceback, WorkRound
+from cell.processes.work_round import SWITCH_S, Aside, Task, WorkerTraceback, WorkRound
 from cell.processes.worker import Tick, _heard
 from cell.processes.worker_pool import WorkerPool, cores, pool, processor_time, working
 from cell.progress import phase, watched
@@ -211,6 +211,25 @@ def test_steps_are_told_where_they_are_asked_for_and_nobody_listens_longer_than_
     assert len({pid for pid, _ in found}) == 2
     assert told == [threading.current_thread()] * 1600
     assert not [thread for thread in threading.enumerate() if thread.name == "listens to workers"]
+
+
+def interval(_: None, item: int, __: Tick) -> tuple[int, float]:
+    """Who computes, and how long Python lets a thread go on there."""
+    time.sleep(0.05)
+    if item < 0:
+        raise ValueError(item)
+    return os.getpid(), sys.getswitchinterval()
+
+
+@pytest.mark.slow
+def test_who_listens_is_let_on_soon_as_long_as_a_round_lasts(two: WorkerPool) -> None:
+    usual = sys.getswitchinterval()
+    found = two.run(interval, None, range(6))
+    assert {s for who, s in found if who == os.getpid()} == {SWITCH_S}
+    assert sys.getswitchinterval() == usual
+    with pytest.raises(ValueError, match="-1"):
+        two.run(interval, None, [-1, 1, -2])
+    assert sys.getswitchinterval() == usual
 
 
 @pytest.mark.slow
