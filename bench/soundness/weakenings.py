@@ -369,7 +369,7 @@ MUTANTS = (
     Mutant("cell/job/job.py", "if not path.laid:\n        job = _with", "if False:\n        job = _with", (SUPPORTED,)),
     Mutant("cell/job/bead_support.py", "DOWN = 0.5 ", "DOWN = 1.0 ", (SUPPORTED,)),
     Mutant("cell/job/bead_support.py", "laid = np.where(off == 0.0, places.bead, self.first_of_layer[places.bead])", "laid = places.bead + 1", (SUPPORTED,)),
-    Mutant("cell/job/bead_support.py", "middle, none = places.under + 0.5 * places", "middle, none = places.under + 1.5 * places", (SUPPORTED,)),
+    Mutant("cell/job/bead_support.py", "middle, none = places.under + half *", "middle, none = places.under + 3.0 * half *", (SUPPORTED,)),
     Mutant("cell/job/bead_support.py", "laid = self.first_of_layer[places.bead]\n", "laid = np.zeros_like(places.bead)\n", (SUPPORTED,)),
     Mutant("cell/job/job.py", "*sunk_bead_warnings(below), ", "", (SUPPORTED,)),
     Mutant("cell/job/bead_support.py", "below.at(places, -allowed) & below.at(places, allowed)", "below.at(places, 0.0)", (SUPPORTED,)),

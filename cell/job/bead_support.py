@@ -33,6 +33,7 @@ ALLOWED = 0.5  # of a bead's width that may stand out where the case says nothin
 SPACED = 0.5  # bead widths between places that are looked at along a bead
 DOWN = 0.5  # of a bead's thickness, down to which metal is below it
 SKIN = 0.05  # of its thickness: below the bead's underside by so much, where beads beside it do not reach
+LEAST_SUNK_MM = 0.1  # thinner beads than twice this may lie so deep: hulls of curved layers are chords
 POINT_MM = 1e-2  # length of a line that stands for a point
 RAY_MM = 1e-4  # radius of a line that looks for metal
 SIDE_MM = 0.5  # between lines beside a bead's middle
@@ -163,7 +164,8 @@ class Below:
 
     def sunk(self, places: _Places) -> Bools:
         """Whether the middle of a bead's section lies in the body, the support or an earlier layer, (n,)."""
-        middle, none = places.under + 0.5 * places.thickness[:, None] * places.out, np.zeros(len(places.bead))
+        half = np.maximum(0.5 * places.thickness, LEAST_SUNK_MM)[:, None]
+        middle, none = places.under + half * places.out, np.zeros(len(places.bead))
         laid = self.first_of_layer[places.bead]
         return self.metal.met(Wires(middle, places.out, none, POINT_MM, RAY_MM, laid, none.astype(np.int64)))[0] >= 0
 

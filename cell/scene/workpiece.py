@@ -60,7 +60,7 @@ def add_part(assembly: CellAssembly, part: PartShape, together: int = MANY_PIECE
     assembly.piece["part"] = BodyOwner.PART
     # of the cell's own defaults: those of the table's body would count otherwise (childclass)
     body.add_site(default=world.default, name="part", size=(0.002, 0.002, 0.002), group=4)
-    _add_visuals(world, body, part)
+    _add_visuals(assembly, body, part)
     assembly.warnings += _filled_body(case, part)
     _add_hulls(assembly, body, part, together)
 
@@ -80,9 +80,15 @@ def _add_support(world: mujoco.MjSpec, body: mujoco.MjsBody, support: Support) -
     return height
 
 
-def _add_visuals(world: mujoco.MjSpec, body: mujoco.MjsBody, part: PartShape) -> None:
+def _add_visuals(assembly: CellAssembly, body: mujoco.MjsBody, part: PartShape) -> None:
     """What is seen of the part."""
+    world = assembly.world
     for name, mesh in part.visual.items():
+        if world.geom(name) is not None:  # such as support_visual
+            own = name.removesuffix("_visual")
+            raise InputError(
+                f"{assembly.case.path}: sub-volume {own}: the cell has a shape {name}; give it another name"
+            )
         world.add_mesh(
             name=name,
             uservert=(mesh.vertices * METRES_PER_MM).ravel(),

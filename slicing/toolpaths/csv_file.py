@@ -82,7 +82,8 @@ class _CsvRows:
         for k, cell in enumerate(self.columns[name]):
             text = cell.replace(",", ".") if self.decimal_comma else cell
             try:
-                out[k] = float(text)
+                # Python alone reads 4_0 as forty, and digits of other scripts
+                out[k] = float(text if text.isascii() and "_" not in text else "none")
             except ValueError:
                 raise self.wrong(k, name, cell, "a number is needed") from None
             if not abs(out[k]) <= FARTHEST_MM:
@@ -136,8 +137,10 @@ def read_toolpath(
     normals = _normals(table, position, normal)
     sub_volume = table.columns.get("sub_volume", ["SV1"] * len(table.line))
     names = tuple(dict.fromkeys(sub_volume[k] for k in rows))
-    if any(not name or "/" in name for name in names):
-        raise PartError(f"{file}: sub_volume: every row needs a name, without /")
+    if any(not name.isprintable() or not name or "/" in name for name in names):
+        raise PartError(f"{file}: sub_volume: every row needs a name on one line, without / and control characters")
+    if "body" in names:
+        raise PartError(f"{file}: sub_volume: body is what the sub-volumes stand on; give it another name")
     volume = np.array([names.index(name) if name in names else 0 for name in sub_volume])
     layer = table.whole("layer") if table.has("layer") else _one_a_bead(bead, volume)
     _require_whole_beads(table, bead, rows, layer, volume)

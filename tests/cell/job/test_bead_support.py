@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from cell.case.read import load_case
+from cell.errors import InputError
 from cell.job.job import prepare
 from cell.job.overhang_check import targets_over_nothing, unsupported_targets
 from cell.motion.motion_file import ReadMotion
@@ -224,3 +225,10 @@ def test_a_bead_may_reach_into_another_by_a_width(tmp_path):
         lines = [line for line in job.warnings if getattr(line, "code", "") == "bead_sunk"]
         assert len(lines) == len(told)
         assert all(words in line for words, line in zip(told, lines, strict=True))
+
+
+@pytest.mark.parametrize(("name", "says"), [("support", "a shape support_visual"), ("body", "body is what the")])
+def test_sub_volumes_that_are_called_as_shapes_of_the_cell_are_refused(tmp_path, name, says):
+    lines = [(name, *line) for line in wall(0.0, count=1)]
+    with pytest.raises(InputError, match=f"{says}.*give it another name"):
+        job_of(tmp_path, lines, header="sub_volume,bead,layer,x,y,z,nx,ny,nz")

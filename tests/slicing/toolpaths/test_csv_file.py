@@ -94,6 +94,7 @@ def test_layers_are_counted_from_beads_alone_and_what_is_welded_is_said(tmp_path
             "line 4: layer: '1': it changes within a bead",
         ),
         (["0,0,0,0,0,1,0,0,1.7,8", "a,0,0,0,0,1,0,0,1.7,8"], "line 3: x_mm: 'a': a number is needed"),
+        (["0,0,0,0,0,1,0,0,1.7,8", "4_0,0,0,0,0,1,0,0,1.7,8"], "line 3: x_mm: '4_0': a number is needed"),
         (["0,0,0,0,0,1,0,0,1.7,8", "nan,0,0,0,0,1,0,0,1.7,8"], "line 3: x_mm: 'nan'"),
         (["0,0,0,0,0,1,0,0,1.7,8", "1e300,0,0,0,0,1,0,0,1.7,8"], "line 3: x_mm: '1e300'"),
         (["0,0,0,0,0,0,0,0,1.7,8", "9,0,0,0,0,1,0,0,1.7,8"], "line 2: its deposition direction has length 0"),
@@ -115,6 +116,14 @@ def test_what_cannot_be_used_is_said_with_its_line(tmp_path, rows, says):
     assert says in str(error.value)
     assert "\n" not in str(error.value)
     assert "theirs.csv" in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["", "a/b", '"a\nb"', "a\x01b"])
+def test_a_sub_volume_needs_a_name_on_one_line(tmp_path, name):
+    rows = [f"{name},0,{x},0,0,0,0,1,0,1.7" for x in (0, 9)]
+    path = written(tmp_path, *rows, header="sub_volume,path,x,y,z,nx,ny,nz,layer,thickness_mm")
+    with pytest.raises(PartError, match="sub_volume: every row needs a name on one line"):
+        read_toolpath(path)
 
 
 def test_files_that_are_none_are_refused(tmp_path):
