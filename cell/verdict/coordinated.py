@@ -192,7 +192,7 @@ def _not_proved(row: TargetVerdict) -> TargetVerdict:
 def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list[TargetVerdict]:
     """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
     every = np.arange(len(motion.t_s))
-    way, laid = rows_of(job, motion), LaidDeposits.of(job, motion, every)
+    way, laid = rows_of(job, motion), LaidDeposits.of(job, motion, every, for_table=True)
     runs = list(sampled_runs(job, ReadMotion(motion, every + 1, ()), way, way))
     rounded = table_blend_collisions(job, runs, way, laid)
     for met in (*table_collisions(job, way, laid), *rounded):
