@@ -1,15 +1,17 @@
-"""Rigid motions: poses, their inverses, frames about the wire, directions between two directions.
+"""Rigid motions: poses, their inverses, frames about the wire, directions between two directions and off a third.
 
 Use:
 
     T = pose(position, matrix)                # (4, 4)
     inverse(T) @ T                            # the identity
     frames(position, normal, reference)       # (n, 4, 4), z against the normal, roll 0
+    is_beyond(off_upright, limit)             # angles that are greater by more than rounding
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ik.chain import Floats
 
@@ -25,6 +27,24 @@ def great_circle(a: Floats, b: Floats, fraction: Floats, angle: Floats | None = 
     v = wa[:, None] * a + wb[:, None] * b
     out: Floats = v / np.linalg.norm(v, axis=1)[:, None]
     return out
+
+
+ROUNDING = 1e-8  # rad: how exactly the angle between two directions is known, at the least
+
+
+def is_beyond(angle: Floats, limit: float) -> NDArray[np.bool_]:
+    """Whether angles between directions are greater than a limit, by more than rounding.
+
+    Limits are round numbers, such as 90 degrees, which directions of a part may have exactly.
+
+    Args:
+        angle: (n,), rad.
+        limit: rad.
+
+    Returns:
+        (n,) booleans.
+    """
+    return np.asarray(angle > limit + ROUNDING)
 
 
 PARALLEL = 1e-6  # sine below which the wire counts as parallel to the part's z axis

@@ -23,6 +23,7 @@ from ik.solver import Solver
 
 from ..arrays import Ints
 from ..farthest_points import farthest_points
+from ..rigid import is_beyond
 from .change import Change
 from .changes import CheckedCase
 
@@ -108,7 +109,7 @@ class Screening:
         steepest = job.case.checks.gravity_max_deg
         if steepest is not None:
             up = job.scene.T_world_base()[2, :3]
-            ok &= normal @ up >= np.cos(np.deg2rad(steepest)) - 1e-12
+            ok &= ~is_beyond(np.arccos(np.clip(normal @ up, -1.0, 1.0)), np.deg2rad(steepest))
         return ok
 
     def _spread(self, index: Sequence[int], most: int) -> Ints:

@@ -32,6 +32,7 @@ from ..farthest_points import farthest_points
 from ..job.job import Job
 from ..planning.configurations import Nodes, nodes_at_rolls, reasons
 from ..planning.context import FINER_ROLLS, LEAST_REACH, settings_of
+from ..rigid import is_beyond
 from ..scene.placement import PlacedTargets, place_targets
 from ..scene.scene import table_angles
 
@@ -129,7 +130,7 @@ def _steep(job: Job, placed: PlacedTargets) -> dict[int, str]:
     if limit is None:
         return {}
     angle = np.arccos(np.clip(placed.normal @ job.scene.T_world_base()[2, :3], -1.0, 1.0))
-    return dict.fromkeys(np.flatnonzero(angle > np.deg2rad(limit)).tolist(), "gravity")
+    return dict.fromkeys(np.flatnonzero(is_beyond(angle, np.deg2rad(limit))).tolist(), "gravity")
 
 
 def _proved_out(job: Job, placed: Sequence[PlacedTargets]) -> list[dict[int, str]]:

@@ -37,6 +37,7 @@ from ..planning.travels.home import HomeTravels, SpanEnds, with_home
 from ..planning.travels.travel import STRAIGHT, straight_retracts
 from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
+from ..rigid import is_beyond
 from ..scene.placement import PlacedTargets
 from ..scene.scene import table_angles
 from ..units import METRES_PER_MM
@@ -232,7 +233,7 @@ def _failures_aside(job: Job, gravity: Floats, span: Span) -> dict[int, Failure]
     found = {**job.wires_in_metal, **unsupported_targets(job)}
     steepest = job.case.checks.gravity_max_deg
     if steepest is not None:
-        for i in np.flatnonzero(gravity > np.deg2rad(steepest)).tolist():
+        for i in np.flatnonzero(is_beyond(gravity, np.deg2rad(steepest))).tolist():
             angle_deg = round(float(np.rad2deg(gravity[i])), 3)
             found[i] = Failure(Kind.GRAVITY, measure=angle_deg, limit=steepest, proved=True)
     return {i: failure for i, failure in found.items() if span.first <= i < span.stop}

@@ -30,6 +30,7 @@ from ..planning.configurations import nodes_at_rolls
 from ..planning.context import Context
 from ..processes.worker_pool import processor_time
 from ..progress import Progress, phase
+from ..rigid import is_beyond
 from ..units import METRES_PER_MM
 from ..verification.bead_samples import rows_of
 from ..verification.blended_motion import sampled_runs, table_blend_collisions
@@ -78,7 +79,7 @@ def check_coordinated(job: Job, progress: Progress | None = None) -> Result:
     begun = processor_time()
     least = freedom_of(job.case, job.scene).least_off(job.targets.normal)
     best: tuple[_ScheduleTrial, Context, SpanVerdict] | None = None
-    for trial in _trials(job, impossible=bool((least > upright_of(job.case)).any())):
+    for trial in _trials(job, impossible=bool(is_beyond(least, upright_of(job.case)).any())):
         context = Context.along(job, trial.way.tables)
         found = _judged(job, context, trial, least, progress)
         if best is None or _infeasible(found) < _infeasible(best[2]):
@@ -107,7 +108,7 @@ def _trials(job: Job, *, impossible: bool) -> list[_ScheduleTrial]:
             trials.append(trial)
         if impossible and trials:
             break
-    upright = [t for t in trials if t.way.off.max() <= schedule.upright] or trials
+    upright = [t for t in trials if not is_beyond(t.way.off, schedule.upright).any()] or trials
     upright.sort(key=lambda t: (t.blocked, t.lost, t.seconds))
     return upright[: PLANNED_WHOLE if not impossible else 1]
 
@@ -172,8 +173,9 @@ def _judged(job: Job, context: Context, trial: _ScheduleTrial, least: Floats, pr
     found = check_span(job, context, off_upright(job, context.placed), progress)
     rows = [row if row.failure is None else _not_proved(row) for row in found.rows]
     limit = upright_of(job.case)
-    for i in np.flatnonzero(trial.way.off > limit).tolist():
-        proved = bool(least[i] > limit)
+    cannot = is_beyond(least, limit)
+    for i in np.flatnonzero(is_beyond(trial.way.off, limit)).tolist():
+        proved = bool(cannot[i])
         angle = _deg(least[i] if proved else trial.way.off[i])
         if proved or rows[i].reason is None:
             rows[i] = failed(Failure(Kind.GRAVITY, measure=angle, limit=_deg(limit), proved=proved), i, rows[i].q)
@@ -192,7 +194,7 @@ def _not_proved(row: TargetVerdict) -> TargetVerdict:
 def _with_table_met(job: Job, motion: Motion, rows: list[TargetVerdict]) -> list[TargetVerdict]:
     """The rows, with what the table itself meets in the motion as it is run, by the judge of any motion."""
     every = np.arange(len(motion.t_s))
-    way, laid = rows_of(job, motion), LaidDeposits.of(job, motion, every)
+    way, laid = rows_of(job, motion), LaidDeposits.of(job, motion, every, for_table=True)
     runs = list(sampled_runs(job, ReadMotion(motion, every + 1, ()), way, way))
     rounded = table_blend_collisions(job, runs, way, laid)
     for met in (*table_collisions(job, way, laid), *rounded):

@@ -3,7 +3,7 @@
     q = blended_rows(job, read, rows).q                       # all axes where the rows come to lie
     runs = list(sampled_runs(job, read, rows, sampled))           # sampled: samples, rows among them
     found = blend_collisions(job, runs, seen)                 # seen: from cell.verification.arm_clearances
-    found = table_blend_collisions(job, runs, sampled, laid)     # laid: from cell.verification.laid_deposits
+    found = table_blend_collisions(job, runs, sampled, laid)     # laid: what laid_deposits says is there for the table
 
 Corners are rounded while welding and on the way, each by its own measure; not where the arc goes on or off, nor where
 all axes stand. A motion that says itself where it is rounded, as a program does, is rounded there. Radians and metres.
@@ -119,7 +119,7 @@ def table_blend_collisions(
         job: the job.
         runs: from :func:`sampled_runs`.
         sampled: samples of all of it.
-        laid: the deposits there are.
+        laid: the deposits there are for the table.
 
     Returns:
         What was found; as in ``cell.verification.collisions.table_collisions`` nothing but penetration is wrong.

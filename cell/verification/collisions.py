@@ -1,6 +1,7 @@
 """Collisions of a motion from outside: of the arm, its wire and the table, with the part growing as the rows say.
 
     findings = collisions(job, motion, sampled, laid, seen)       # laid: from laid_deposits; seen: from arm_clearances
+    findings += table_collisions(job, sampled, laid_for_table)
 
 What lies between samples is proved free as in ``between_samples``, with E1 and E2 as axes like any
 other. Radians, metres.
@@ -57,7 +58,7 @@ def stretches_of(bad: NDArray[np.bool_], row: Ints, measure: Floats) -> list[tup
 
 
 def collisions(job: Job, motion: Motion, sampled: SampledMotion, laid: LaidDeposits, seen: ArmSeen) -> list[Finding]:
-    """What a motion collides with.
+    """What the arm and its wire collide with in a motion.
 
     Args:
         job: the job.
@@ -70,8 +71,7 @@ def collisions(job: Job, motion: Motion, sampled: SampledMotion, laid: LaidDepos
         What was found.
     """
     found = _arm_collisions(job, sampled, seen)
-    found += [*_wire_collisions(job, motion, sampled, laid), *_wires_in_metal(job, motion, sampled)]
-    return [*found, *table_collisions(job, sampled, laid)]
+    return [*found, *_wire_collisions(job, motion, sampled, laid), *_wires_in_metal(job, motion, sampled)]
 
 
 def _arm_collisions(job: Job, sampled: SampledMotion, seen: ArmSeen) -> list[Finding]:
@@ -165,7 +165,7 @@ def table_collisions(job: Job, sampled: SampledMotion, laid: LaidDeposits) -> li
     Args:
         job: the job.
         sampled: samples.
-        laid: the deposits there are.
+        laid: the deposits there are for the table.
 
     Returns:
         What was found; nothing is checked twice at one pose of the table.

@@ -31,7 +31,7 @@ from .arm_clearances import arm_along_motion, nearest_along_motion
 from .bead_order import Finding, order_findings, skips
 from .bead_samples import COARSE, FINE, OnBead, SampledMotion, against_beads, dense, rows_of
 from .blended_motion import blend_collisions, sampled_runs, table_blend_collisions
-from .collisions import collisions, stretches_of
+from .collisions import collisions, stretches_of, table_collisions
 from .drive_use import acceleration_use, degrees, drive_findings, speed_use
 from .laid_deposits import LaidDeposits
 
@@ -323,7 +323,9 @@ def _in_the_way(
     seen = arm_along_motion(job, sampled, laid, runs)
     hits = collisions(job, read.motion, sampled, laid, seen)
     hits += blend_collisions(job, runs, seen)
-    hits += table_blend_collisions(job, runs, sampled, laid)
+    laid_for_table = LaidDeposits.of(job, read.motion, sampled.row, for_table=True)
+    hits += table_collisions(job, sampled, laid_for_table)
+    hits += table_blend_collisions(job, runs, sampled, laid_for_table)
     return hits, _nearest(job, read, sampled, nearest_along_motion(job, sampled, laid, seen.clear, runs))
 
 

@@ -15,9 +15,10 @@ from cell.failure import IN_ROWS, Failure, Kind
 from cell.html.series import _gravity, drawn_path
 from cell.job.job import Job
 from cell.motion.motion_file import read_motion, write_motion
+from cell.planning.context import Span
 from cell.verdict import coordinated
 from cell.verdict.by_table_mode import check
-from cell.verdict.check import SpanVerdict
+from cell.verdict.check import SpanVerdict, _failures_aside
 from cell.verdict.coordinated import _with_table_met
 from cell.verdict.result import Result
 from cell.verdict.table_use import table_use
@@ -111,6 +112,20 @@ def test_what_nothing_keeps_upright_is_proved_out_with_the_best_there_is(tmp_pat
     assert all(row.reason == "gravity" and row.proved for row in result.rows)
     assert result.rows[0].detail["angle_deg"] == pytest.approx(90.0, abs=1e-3)
     assert "limit 10" in in_words(result.rows[0])
+
+
+def test_what_is_exactly_as_far_off_upright_as_is_allowed_is_not_refused(
+    upright: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a level table all of it points sideways: 90 degrees, which rounding tells as a little more."""
+    monkeypatch.setattr(coordinated, "check_span", lambda *_: SpanVerdict(upright.rows))
+    monkeypatch.setattr(coordinated, "_lost", lambda *_: 0)
+    result = check(boss(tmp_path, table={"axes": ["E2"], "E1_deg": 0, "upright_deg": 90}))
+    assert {row.reason for row in result.rows} == {None}
+    job = boss(tmp_path, table={"mode": "fixed"}, checks={"gravity_max_deg": 90})
+    span, level = Span(0, len(job.targets), None, None), np.full(len(job.targets), np.deg2rad(90) + 1e-12)
+    assert not _failures_aside(job, level, span)
+    assert len(_failures_aside(job, level + 1e-6, span)) == len(level)
 
 
 def test_nothing_else_is_proved_on_one_way_of_the_table(tmp_path: Path) -> None:

@@ -1,4 +1,7 @@
-"""A bead's layer is there for the step away from the bead, and not yet for the one that welds its last piece."""
+"""A bead's layer is there for the step away from the bead, and not yet for the one that welds its last piece.
+
+For the table, which turns it while it is welded, it is there from its first bead on.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +11,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.jobs.boss_motion import NEAR_HOME, boss_case, result_of
+from support.jobs.boss_motion import NEAR_HOME, boss_case, job_of, result_of
 from support.jobs.random_jobs import own_result
 
+from cell.motion.motion import Motion
 from cell.shipped import MODELS_DIR
 from cell.verification.arm_clearances import arm_along_motion, nearest_along_motion
 from cell.verification.bead_samples import COARSE, dense, rows_of
 from cell.verification.laid_deposits import LaidDeposits
+from cell.verification.motion_check import check_motion
 
 # beside the wire, so low that it is nearer to the layer just laid than what is welded may be to anything
 PIN = '<geom name="pin" class="torch_collision" type="sphere" size="0.0015" pos="-0.007 0 0.116"/>'
@@ -39,6 +44,9 @@ def test_the_layer_counts_from_where_its_bead_ends() -> None:
     # to the first bead, it, from it to the second, it, from it to the next layer's, it, and from it
     assert laid.between.tolist() == [0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 1, 1, 1, 1, 1, 1, 2]
     assert laid.at.tolist() == [0, 0, 0, 0, 1, 1, 1, 1, 1, 0, 1, 1, 1, 1, 1, 1, 2, 2]
+    # for the table a layer is there as soon as its first bead begins
+    table = LaidDeposits.of(job, rows, np.repeat(np.arange(9), 2), for_table=True)  # type: ignore[arg-type]
+    assert table.between.tolist() == [0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 2]
     part = laid.part(7, 10)
     assert part.at.tolist() == [1, 1, 0, 1]
     assert part.between.tolist() == [1, 0, 0]
@@ -48,6 +56,36 @@ def test_where_nothing_is_welded_nothing_is_laid() -> None:
     laid = LaidDeposits.of(SimpleNamespace(targets=()), motion([0, 0], [0, 0]), np.zeros(3, dtype=np.int64))  # type: ignore[arg-type]
     assert laid.at.tolist() == [0, 0, 0]
     assert laid.between.tolist() == [0, 0]
+
+
+def test_what_is_being_welded_is_not_turned_through_a_fixture(tmp_path: Path) -> None:
+    """The table turns there and back while one bead is welded: at the bead's ends nothing is met."""
+    there, away = np.deg2rad([[90.0, 180.0], [90.0, 150.0]])
+    free = job_of(boss_case(tmp_path))
+    t, T = free.targets, free.scene.T_world_base() @ free.scene.T_base_part(*away)
+    inside = (t.position[0] + 1.3 * t.normal[0]) * 1e-3  # of a layer 2.2 mm thick
+    at_mm = ((T[:3, :3] @ inside + T[:3, 3]) * 1e3).tolist()
+    pin = {"name": "pin", "box": {"size_mm": [1, 1, 1]}, "position_mm": at_mm}
+    job = job_of(boss_case(tmp_path, fixtures=[pin]))
+    turning = np.linspace(there, away, 16)
+    table = np.concatenate([[there], turning, turning[::-1]])
+    count, zero = len(table), np.zeros(len(table), dtype=np.int64)
+    rows = Motion(
+        t_s=np.arange(float(count)),
+        q=np.tile(job.scene.home, (count, 1)),
+        table=table,
+        arc=np.array([0] + [1] * (count - 1)),
+        bead=zero,
+        layer=zero,
+        target=zero,
+        names=job.scene.chain.names,
+    )
+
+    def met(motion: Motion) -> bool:
+        return any("pin" in f.detail.get("pair", ()) for f in check_motion(job, motion).findings)
+
+    assert met(rows)
+    assert not met(replace(rows, arc=np.array([0] * (count - 2) + [1, 1])))  # nothing is laid as it turns
 
 
 @pytest.fixture
