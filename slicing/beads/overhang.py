@@ -32,10 +32,11 @@ from .over_ends import Border, View, views_over_ends
 from .overhang_regions import SIMPLE_MM, one_period, region_of_curves
 
 ALLOWED = 0.5  # of a bead's width that may stand out
-LEAST_MM2 = 0.5  # smaller areas are not reported
+LEAST_MM2 = 0.5  # smaller areas are not reported, but for pieces that begin in the air: a bead is laid there
 FINE_MM = 0.5  # spacing of points along what lies below
 DEEP = 0.98  # of the greatest distance from what lies below
 EDGE_MM = 0.05  # points so far beside what stands out count to it: beads run along its border
+SLIVER_MM, LONG_MM = 0.1, 1.0  # places of what lies below that are narrower, and longer, do not count
 SECTION_MM = 0.01  # how true the section of a body is
 
 
@@ -120,11 +121,29 @@ def _overhang(sliced: SlicedSubVolume, layer: Layer, below: Layer | None, allowe
     """The part of one layer that overhangs."""
     under = [] if below is None else _put_onto(layer, below)
     views, whole = VIEWS[type(layer.surface)](sliced, layer, layer.surface, below, under)
+    views, whole = [_without_slivers(view) for view in views], _without_slivers(whole)
     far, place = _farthest_of(views)
     height = sliced.parameters.h_layer_mm if sliced.stands_on_plate else 0.5 * sum(layer.thickness_mm)
     angle = math.degrees(math.atan2(far, max(height, 1e-9))) if far > 0.0 else 0.0
     found = Overhang(layer.index, far, angle, place_mm=place)
     return found if far <= allowed_mm else _with_warnings(found, views, whole, allowed_mm)
+
+
+def _without_slivers(view: View) -> View:
+    """A view without the long slivers of what lies below: a face that a layer just touches carries no bead."""
+    import shapely
+
+    if view.support.covers(view.region.buffer(-SIMPLE_MM)):
+        return view  # what lies over slivers is one itself
+    lost = []
+    for part in shapely.get_parts(view.support):
+        core = part.buffer(-0.5 * SLIVER_MM, join_style="mitre")
+        if not core.is_empty:  # what is so narrow as a whole is laid as one bead
+            thin = part.difference(core.buffer(SLIVER_MM, join_style="mitre"))
+            lost += [one for one in shapely.get_parts(thin) if one.length > 2.0 * LONG_MM]
+    if not lost:
+        return view
+    return replace(view, support=view.support.difference(shapely.union_all(lost).buffer(SLIVER_MM)))
 
 
 def _farthest_of(views: Sequence[View]) -> tuple[float, Floats | None]:
@@ -147,7 +166,9 @@ def _with_warnings(found: Overhang, views: Sequence[View], whole: View, allowed_
     near = whole.support.buffer(SIMPLE_MM)
     pieces = [piece for piece in shapely.get_parts(whole.region) if not piece.intersects(near)]
     area, begins = sum(chart.area(own) for chart, own in out), sum(whole.chart.area(piece) for piece in pieces)
-    if area < LEAST_MM2:
+    # a piece of next to no area gets a bead as well
+    in_the_air = any(whole.support.is_empty or whole.support.distance(piece) > allowed_mm for piece in pieces)
+    if area < LEAST_MM2 and not (in_the_air and area > 0.0):
         return found
     return replace(found, area_mm2=area, begins_mm2=min(begins, area), out=tuple(out))
 
@@ -296,11 +317,16 @@ def overhang_lines(name: str, found: Sequence[Overhang], allowed_mm: float) -> l
         if one.area_mm2 <= 0.0 or one.place_mm is None:
             continue
         x, y, z = one.place_mm
-        begins = f"{one.begins_mm2:.1f} mm² begin with nothing below them; " if one.begins_mm2 >= LEAST_MM2 else ""
+        says_begins = one.begins_mm2 >= LEAST_MM2 or one.area_mm2 < LEAST_MM2
+        begins = f"{_mm2(one.begins_mm2)} begin with nothing below them; " if says_begins else ""
         out = f"up to {one.out_mm:.1f} mm" if math.isfinite(one.out_mm) else "with nothing below anywhere"
         text = (
-            f"{name}: layer {one.layer}: {begins}{one.area_mm2:.1f} mm² overhang what lies below by more than"
+            f"{name}: layer {one.layer}: {begins}{_mm2(one.area_mm2)} overhang what lies below by more than"
             f" {allowed_mm:g} mm, {out}, farthest at ({x:.1f}, {y:.1f}, {z:.1f})"
         )
         lines.append(Warning(Code.OVERHANG, text, sub_volume=name, layer=one.layer))
     return lines
+
+
+def _mm2(area: float) -> str:
+    return f"{area:.1f} mm²" if area >= 0.05 else "less than 0.1 mm²"

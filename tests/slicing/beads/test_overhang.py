@@ -59,6 +59,32 @@ def test_a_lip_that_comes_back_begins_in_the_air(strategy):
     assert lines[0].layer == first.layer
 
 
+def in_rounds(*boxes):
+    """Boxes in cylindrical layers of 2 mm, at radii 20, 22, .., of beads 4 mm wide."""
+    parameters = SlicingParameters("cylindrical", 2.0, 1.4, 2.8)
+    sliced = slice_sub_volume(from_manifold(united(((15, -6, -3), (40, 6, 3)), *boxes)), BODY, parameters)
+    return lay_beads([sliced], BeadParameters(width_mm=4.0))[0]
+
+
+def test_a_face_that_a_layer_just_touches_carries_nothing():
+    """At 26 mm the roof is a line along the axis, without a bead: the layer above has the stem alone below it."""
+    laid = in_rounds(((26, -6, -15), (34, 6, 15)))
+    assert max(np.abs(bead.points[:, 2]).max() for bead in laid.beads if bead.layer == 3) < 4.0
+    above = laid.overhangs[4]
+    assert above.out_mm == pytest.approx(12.0, abs=0.01)
+    assert above.area_mm2 == pytest.approx(2 * 10 * 28 * 2 * math.asin(6 / 28), rel=0.01)
+
+
+def test_a_bead_on_a_line_in_the_air_is_told_of_however_small_its_layers_area():
+    laid = in_rounds(((36, -6, -20), (40, 6, 3)), ((26, -6, -20), (40, 6, -16)))
+    (line,) = [bead for bead in laid.beads if bead.layer == 3 and bead.points[:, 2].max() < -10]
+    assert line.length_mm == pytest.approx(4.0, abs=0.1)
+    assert laid.overhangs[3].out_mm == pytest.approx(17.0, abs=0.01)
+    assert 0.0 < laid.overhangs[3].area_mm2 < 0.1
+    said = [str(line) for line in laid.warnings if getattr(line, "layer", None) == 3]
+    assert any("begin with nothing below them" in line and "up to 17.0 mm" in line for line in said)
+
+
 def test_walls_lean_by_the_angle_that_is_found():
     for lean in (30.0, 50.0):
         out = 30 * math.tan(math.radians(lean))
