@@ -148,14 +148,14 @@ class Metal:
         planes: dict[int, Planes] = {}
         for own in np.unique(wires.sub_volume).tolist():
             others = np.flatnonzero((self.sub_volume < 0) | (self.sub_volume != own))
-            search = _BoxTree.of(*(box[others] for box in self.boxes))
+            low, high = self.boxes
+            search = _BoxTree.of(low[others], high[others], self.deposit[others])
             mine = np.flatnonzero(wires.sub_volume == own)
             for first in range(0, len(mine), CHUNK):
                 index = mine[first : first + CHUNK]
                 some = wires.rows(index)
                 which, at = search.pairs(some)
-                there = self.deposit[others[at]] < some.laid[which]
-                found[index], length[index] = self._run_through(some, which[there], others[at[there]], planes)
+                found[index], length[index] = self._run_through(some, which, others[at], planes)
         return found, length
 
     def may_be_met(self, t: Targets) -> NDArray[np.bool_]:
@@ -228,6 +228,7 @@ class _BoxTree:
     Attributes:
         low: least coordinates of every piece, (m, 3).
         high: greatest.
+        deposit: number of the deposit each belongs to, (m,).
         large: numbers of the large pieces, which are compared with every wire.
         small: of all others.
         size: half the diagonal of the largest of these.
@@ -236,26 +237,27 @@ class _BoxTree:
 
     low: Floats
     high: Floats
+    deposit: Ints
     large: Ints
     small: Ints
     size: float
     tree: cKDTree | None
 
     @classmethod
-    def of(cls, low: Floats, high: Floats) -> _BoxTree:
+    def of(cls, low: Floats, high: Floats, deposit: Ints) -> _BoxTree:
         """Of some boxes."""
         if len(low) <= FEW_PIECES:
-            return cls(low, high, np.arange(len(low)), np.zeros(0, dtype=np.int64), 0.0, None)
+            return cls(low, high, deposit, np.arange(len(low)), np.zeros(0, dtype=np.int64), 0.0, None)
         from scipy.spatial import cKDTree  # heavy: only where there are many
 
         half = 0.5 * np.linalg.norm(high - low, axis=1)
         is_small = half <= LARGE_SIZE * np.median(half)
         small = np.flatnonzero(is_small)
-        middles = 0.5 * (low + high)[small]
-        return cls(low, high, np.flatnonzero(~is_small), small, float(half[small].max(initial=0.0)), cKDTree(middles))
+        large, size, tree = np.flatnonzero(~is_small), half[small].max(initial=0.0), cKDTree(0.5 * (low + high)[small])
+        return cls(low, high, deposit, large, small, float(size), tree)
 
     def pairs(self, wires: Wires) -> tuple[Ints, Ints]:
-        """Pairs of wires and pieces whose boxes meet where part of the piece is high enough along the wire."""
+        """Wires and pieces that are there by then whose boxes meet where part of the piece is high enough."""
         every = np.arange(len(wires.tip))
         middle = wires.tip + 0.5 * wires.length * wires.out
         reach = 0.5 * wires.length + wires.radius + self.size
@@ -268,6 +270,8 @@ class _BoxTree:
         return self._meeting(wires, np.concatenate(which), np.concatenate(piece))
 
     def _meeting(self, wires: Wires, which: Ints, piece: Ints) -> tuple[Ints, Ints]:
+        there = self.deposit[piece] < wires.laid[which]
+        which, piece = which[there], piece[there]
         low, high = wires.boxes
         meet = ((low[which] <= self.high[piece]) & (high[which] >= self.low[piece])).all(axis=1)
         which, piece = which[meet], piece[meet]

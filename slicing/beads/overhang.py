@@ -121,7 +121,8 @@ def _overhang(sliced: SlicedSubVolume, layer: Layer, below: Layer | None, allowe
     """The part of one layer that overhangs."""
     under = [] if below is None else _put_onto(layer, below)
     views, whole = VIEWS[type(layer.surface)](sliced, layer, layer.surface, below, under)
-    views, whole = [_without_slivers(view) for view in views], _without_slivers(whole)
+    seen = _without_slivers(whole)
+    views, whole = [seen if view is whole else _without_slivers(view) for view in views], seen
     far, place = _farthest_of(views)
     height = sliced.parameters.h_layer_mm if sliced.stands_on_plate else 0.5 * sum(layer.thickness_mm)
     angle = math.degrees(math.atan2(far, max(height, 1e-9))) if far > 0.0 else 0.0
